@@ -6,7 +6,8 @@ that are fixed or told how to move stand among the others: impulses do not move 
 Contacts of bodies that are pressed without impacts, and of guided ones, are looked for where these are in the middle
 of the step, x_0 + dt/2 v_0: so sliding is of second order, as is what guided bodies carry (guided.py). Those of others
 are looked for at x_0: an impulse there keeps the angular momentum of bodies that move with the velocity after it to
-rounding.
+rounding. What is about to meet the former goes along with them until then, by dt/2 times their velocity (beside.py):
+how two bodies lie to one another must not depend on how fast both travel.
 """
 
 from __future__ import annotations
@@ -35,4 +36,5 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     v_move: Array[Floats, "n_b", "n"]  # by which they moved in the step
     partner: Array[Ints, "n_b"]  # which other body gives it impulses, or that several do
     keeps: Array[Ints, "n_b"]  # whether it was pressed in the step before, in an island without an impact
-    ahead: Array[Floats, "n_b"]  # time from x_0 to the place at which its contacts are looked for [s]
+    beside: Array[Floats, "n_b", "dim"]  # velocity of such bodies, in its island of the step before [m/s]
+    shift: Array[Floats, "n_b", "n"]  # from x_0 to the place at which its contacts are looked for

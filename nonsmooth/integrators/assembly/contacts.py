@@ -87,8 +87,7 @@ def write_gap(bodies, found, c, dt, n, network):
     """The gap at the beginning of the step, and what it asks of the normal velocity."""
     i, j, size = network.i[c], network.j[c], 0.0
     for x in range(n):
-        found.gap[c] -= bodies.ahead[i] * network.J_i[c, 0, x] * bodies.v_0[i, x]
-        found.gap[c] -= bodies.ahead[j] * network.J_j[c, 0, x] * bodies.v_0[j, x]
+        found.gap[c] -= network.J_i[c, 0, x] * bodies.shift[i, x] + network.J_j[c, 0, x] * bodies.shift[j, x]
     for k in range(found.point.shape[1]):
         size += abs(found.point[c, k]) + abs(bodies.x_0[i, k]) + abs(bodies.x_0[j, k])
     if abs(found.gap[c]) <= rounded_sum(CLOSED_ROUNDINGS, size):

@@ -4,11 +4,11 @@ The places that a function tells for t_0, the middle of the step and t_1 lie on 
 
     v_mid = (q_1 - q_0)/dt,    v_0, v_1 = v_mid -+ h,    h = (q_1 - 2 q_mid + q_0) 2/dt
 
-Contacts are looked for where bodies are ahead of t_0 by ``ahead``, with v_0. What touches a body that turns with Omega
+Contacts are looked for where bodies have gone on by ``shift`` from t_0. What touches a body that turns with Omega
 goes on with its own velocity: at t the point beneath it is farther from the centre of the guided body by
-v_b (t - ahead_b) - v_g (t - ahead_g), and has another velocity by
+(t v_b - shift_b) - (t v_g - shift_g), and has another velocity by
 
-    turn = Omega x (v_b (t - ahead_b) - v_g (t - ahead_g))
+    turn = Omega x ((t v_b - shift_b) - (t v_g - shift_g))
 
 The velocities of a step stand for t = dt/2 (1 + lead), lead = 2 - 2 theta: for its end where places move by the mean of
 two velocities, for its middle where they move by the new one. With the velocity of the middle and theta = 1/2 a box
@@ -59,14 +59,20 @@ def turn_of_guides(bodies, network, c, row, t):
 def turn_of_guide(bodies, g, b, axes, c, row, t):
     """The same of guided body g, which body b touches, along an axis of the contact."""
     v = bodies.v_0
-    of_g, of_b = t - bodies.ahead[g], t - bodies.ahead[b]
-    w_0, w_1 = v[b, 0] * of_b - v[g, 0] * of_g, v[b, 1] * of_b - v[g, 1] * of_g
+    w_0, w_1 = way_beyond(bodies, g, b, 0, t), way_beyond(bodies, g, b, 1, t)
     if v.shape[1] == 3:
         return v[g, 2] * (axes[c, row, 1] * w_0 - axes[c, row, 0] * w_1)
-    w_2 = v[b, 2] * of_b - v[g, 2] * of_g
+    w_2 = way_beyond(bodies, g, b, 2, t)
     o_0, o_1, o_2 = v[g, 3], v[g, 4], v[g, 5]
     u_0, u_1, u_2 = o_1 * w_2 - o_2 * w_1, o_2 * w_0 - o_0 * w_2, o_0 * w_1 - o_1 * w_0
     return axes[c, row, 0] * u_0 + axes[c, row, 1] * u_1 + axes[c, row, 2] * u_2
+
+
+@kernel
+def way_beyond(bodies, g, b, k, t):
+    """What body b goes farther than g until t along axis k, from where their contact was found."""
+    v, shift = bodies.v_0, bodies.shift
+    return (t * v[b, k] - shift[b, k]) - (t * v[g, k] - shift[g, k])
 
 
 @kernel

@@ -3,7 +3,7 @@
     g = p_j - p_i = 0,  p = x + R s;    J_mid v_1 + b = 0,   b = (J_mid - J_0) v_0
 
 J has the axes of the world and one common point, midway between the two: the impulses of both sides act there, and
-angular momentum is kept. It is that of the places at which contacts are looked for, ahead = dt/2 but after impacts; b
+angular momentum is kept. It is that of the places at which contacts are looked for, dt/2 ahead but after impacts; b
 is what the arms turn until there, so that v_1 is free of the joint where the bodies are at the end of the step, and
 P.(v_0 + v_1)/2 is no work to second order: J_mid v_1 = 0 alone would brake a pendulum by dt omega^2/2 of its speed a
 second. What the points part in spite of that, dt^3 a step, is a drift that project.py takes back.

@@ -43,7 +43,7 @@ def share_of_first(shapes, i, j, d):
 @kernel
 def way(bodies, b, x, dt):
     """Component x of what body b moves and turns, from where its contacts were looked for to the end of the step."""
-    return dt * bodies.v_move[b, x] - bodies.ahead[b] * bodies.v_0[b, x]
+    return dt * bodies.v_move[b, x] - bodies.shift[b, x]
 
 
 @kernel
@@ -51,8 +51,7 @@ def gap_where_found(bodies, found, network, c, n):
     """The gap of contact c at the places where it was looked for; ``found`` has that of the beginning of the step."""
     i, j, gap = network.i[c], network.j[c], found.gap[c]
     for x in range(n):
-        gap += bodies.ahead[i] * network.J_i[c, 0, x] * bodies.v_0[i, x]
-        gap += bodies.ahead[j] * network.J_j[c, 0, x] * bodies.v_0[j, x]
+        gap += network.J_i[c, 0, x] * bodies.shift[i, x] + network.J_j[c, 0, x] * bodies.shift[j, x]
     return gap
 
 

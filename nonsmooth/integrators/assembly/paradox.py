@@ -144,7 +144,7 @@ def corrected(assembly: SceneInStep, contacts: np.ndarray, state: StateProblem) 
     closed = is_closed(assembly, contacts)
     network.b[contacts[closed], 0] = 0.0
     for c, a in zip(contacts, state.curvature, strict=True):
-        if not any(bodies.ahead[b] > 0.0 and bodies.motion.moves[b] for b in (network.i[c], network.j[c])):
+        if not any(bodies.keeps[b] == 1 and bodies.motion.moves[b] for b in (network.i[c], network.j[c])):
             network.b[c, 0] += dt * a
             assembly.found.gap[c] += 0.5 * dt * dt * max(a, 0.0)
     return contacts[closed | touches(assembly, contacts)]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from nonsmooth.integrators.assembly.beside import shift_body
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import lead_guide
 from nonsmooth.jit import kernel
@@ -35,8 +36,8 @@ def predict_planar_body(bodies, b, dt):
         v_mid[b, k] = v[b, k] + 0.5 * gain
     if bodies.motion.moves[b] == 0:
         lead_guide(bodies, b)
-    bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
-    move_planar(bodies, b, bodies.ahead[b], v_0)
+    shift_body(bodies, b, dt)
+    move_planar(bodies, b, 1.0, bodies.shift)
 
 
 @kernel

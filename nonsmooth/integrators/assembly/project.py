@@ -20,6 +20,7 @@ from nonsmooth.contact.network.joint import acts, is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.solve import EXACT_BODIES, ROUNDED_OF_MANY, bodies_of
+from nonsmooth.integrators.assembly.beside import note_beside
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import change_of_guides, has_guide, turn_of_guides
 from nonsmooth.integrators.assembly.held_closed import is_held
@@ -235,6 +236,7 @@ def move_bodies_planar(bodies_at, found_at, network_at, moves_at, dt, theta, tig
     find_landings(bodies, found, network, dt, 3, moves)
     find_move(bodies, network, theta, 3, moves)
     mark_kept(bodies, network, moves)
+    note_beside(bodies, network, 2)
     put_back(bodies)
     is_pushed = find_deep(found, network, tight, moves)
     if is_pushed:
@@ -256,6 +258,7 @@ def move_bodies_spatial(bodies_at, found_at, network_at, moves_at, dt, theta, ti
     find_landings(bodies, found, network, dt, 6, moves)
     find_move(bodies, network, theta, 6, moves)
     mark_kept(bodies, network, moves)
+    note_beside(bodies, network, 3)
     put_back(bodies)
     is_pushed = find_deep(found, network, tight, moves)
     if is_pushed:

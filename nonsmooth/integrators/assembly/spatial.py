@@ -17,6 +17,7 @@ from __future__ import annotations
 from math import sqrt
 
 from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.beside import shift_body
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import lead_guide
 from nonsmooth.jit import kernel
@@ -155,8 +156,8 @@ def predict_spatial_body(bodies, b, dt):
         v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
     if bodies.motion.moves[b] == 0:
         lead_guide(bodies, b)
-    bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
-    move_spatial(bodies, b, bodies.ahead[b], v_0)
+    shift_body(bodies, b, dt)
+    move_spatial(bodies, b, 1.0, bodies.shift)
 
 
 @kernel
