@@ -76,6 +76,7 @@ class SceneRun:
         require_moreau_jean(integrator)
         table = grid_times(integrator, t_span, every, t_eval)
         self._begin(scene, integrator, table, recorder, project, functions)
+        self.world.go_along(self.assembly.find_contacts(float(self.assembly.doubts.near)), self.assembly.found)
 
     def _begin(
         self, scene: Scene, integrator: Any, table: RecordTimes, recorder: SceneRecorder | None, project: bool,

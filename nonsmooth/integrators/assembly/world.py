@@ -137,6 +137,17 @@ class World:
                 f"{first} and {second} overlap at the start by {depth:.3g} m; move them apart, or give project=True"
             )
 
+    def go_along(self, n_c: int, found: Found) -> None:
+        """At the start what touches a guided body, directly or through others, goes along with it (beside.py)."""
+        bodies, moves = self.bodies, self.bodies.motion.moves == 1
+        goes = np.array([body.kind is Kind.KINEMATIC for body in self.scene.bodies])
+        i, j = (self.shapes.body[shape[:n_c]] for shape in (found.shape_i, found.shape_j))
+        count = 0
+        while count < (count := int(goes.sum())):
+            goes[i[goes[j] & moves[i]]] = True
+            goes[j[goes[i] & moves[j]]] = True
+        bodies.beside[goes & moves] = bodies.motion.v[goes & moves, : self.dim]
+
     def require_found(self, n_c: int) -> None:
         """Refuse a start at which a body is so far out that no cell of the broad phase holds it."""
         if n_c == NOT_FINITE:

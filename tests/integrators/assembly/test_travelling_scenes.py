@@ -53,3 +53,19 @@ def test_a_ball_that_falls_on_one_lying_in_a_train_drives_it_aside_as_on_the_gro
     after = np.searchsorted(t, w / 9.81 + 2 * DT)
     normal_error = w * DT / 0.2  # of s, by where in its step the ball lands
     assert v[after, 0, 0] == pytest.approx(-w * s * c / (1 + s * s), rel=normal_error)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("speed", [1.0, 30.0, -30.0])
+@pytest.mark.parametrize("upper", [BALL, BOX])
+def test_what_lies_on_edges_that_travel_from_the_start_stays_there(dim, speed, upper):
+    """A ball in the slot between two blocks, or a box on one that reaches over its edge by less than half of itself."""
+    along, up, aside = speed * np.eye(dim)[0], np.eye(dim)[-1], np.eye(dim)[0]
+    scene = ns.Scene(gravity=-9.81 * up, material=ns.Material(mu=0.5))
+    scene.kinematic(BOX[dim], position=-0.2 * aside, velocity=along)
+    scene.kinematic(BOX[dim], position=(0.2 if upper is BALL else 0.6) * aside, velocity=along)
+    place = (0.1 + np.sqrt(0.1**2 - 0.05**2)) * up if upper is BALL else 0.2 * up - 0.06 * aside
+    scene.body(upper[dim], mass=1.0, position=place, velocity=along, name="upper")
+    sol = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(dt=1e-3))
+    assert np.abs(sol["upper"].velocity - along).max() < 1e-12
+    assert np.abs(sol["upper"].position - place - sol.t[:, None] * along).max() < 1e-13
