@@ -172,9 +172,10 @@ class SceneSolution:
         """(n_t, n_u): velocities and angular velocities of all bodies, one body after the other."""
         return _side_by_side(self.velocity, self.spin)
 
-    def __getitem__(self, name: str) -> BodyMotion:
-        """The motion of a body, by name."""
-        k = index_of(name, self.names)
+    def __getitem__(self, body: str | Body) -> BodyMotion:
+        """The motion of a body, by its name, or by itself where it is one of the scene that has run."""
+        is_own = not isinstance(body, str) and self.scene is not None and any(body is own for own in self.bodies)
+        k = index_of(body.name if is_own else body, self.names)  # type: ignore[union-attr]
         return BodyMotion(self.t, self.position[:, k], self.turn[:, k], self.velocity[:, k], self.spin[:, k])
 
     def __iter__(self) -> Iterator[str]:

@@ -76,3 +76,14 @@ def test_a_start_at_which_a_function_fails_is_refused_by_its_name_after_many_tha
         ns.simulate(system, SPAN, [1.0], [0.0], integrator=STEP)
     with pytest.raises(ns.InvalidInput, match="gap raised ValueError: beyond the table"):
         ns.simulate(system, SPAN, [2.0], [0.0], integrator=STEP)
+
+
+def test_a_body_of_the_scene_names_itself_and_one_of_another_does_not():
+    scene, other = ns.Scene(gravity=(0, -9.81)), ns.Scene(gravity=(0, -9.81))
+    falls = [each.body(ns.Disc(0.1), mass=1.0, position=(0.0, 1.0), name="disc") for each in (scene, other)]
+    motion = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+    late = scene.body(ns.Disc(0.1), mass=1.0, position=(5.0, 1.0), name="late")
+    np.testing.assert_array_equal(motion[falls[0]].position, motion["disc"].position)
+    for stranger in (falls[1], late, 0):
+        with pytest.raises(ns.InvalidInput, match="there is no body"):
+            motion[stranger]
