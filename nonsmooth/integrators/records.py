@@ -18,6 +18,7 @@ import numpy as np
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new, numbers
+from nonsmooth.mechanics.contact_problem import first_column, last_column
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
@@ -257,13 +258,13 @@ def take_together(trial, state):
 @kernel
 def book_contact_energy(sys, n_k, ubar, ledger, work):
     """Book friction, normal and surface work of a step: (their sum, friction and normal alone, sizes of all parts)."""
-    closed, start, W, P, w, first, last = work.closed, work.start, work.W, work.P, work.w, work.first, work.last
-    total, gain, size = 0.0, 0.0, 0.0
+    closed, start, W, P, w = work.closed, work.start, work.W, work.P, work.w
+    n, total, gain, size = sys.n, 0.0, 0.0, 0.0
     for k in range(n_k):
         has_normal = sys.kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
             velocity, speed = 0.0, 0.0
-            for j in range(first[r], last[r]):
+            for j in range(first_column(n, r, work), last_column(n, r, work)):
                 part = W[r, j] * ubar[j]
                 velocity += part
                 speed += abs(part)

@@ -142,10 +142,14 @@ class EntryLibrary(JITCodeLibrary):
         super().finalize()
 
     def _optimize_final_module(self) -> None:
+        self._run_passes(self.level)
+
+    def _run_passes(self, level: int) -> None:
+        """LLVM's passes of a level on the module; those of level 0 inline what is marked so, and no more."""
         for function in self._final_module.functions:
             if is_shared(function):
                 function.linkage = "internal"
-        tuning = llvm.create_pipeline_tuning_options(speed_level=self.level)
+        tuning = llvm.create_pipeline_tuning_options(speed_level=level)
         tuning.slp_vectorization = False
         tuning.loop_vectorization = not self.has_short_loops
         tuning.loop_unrolling = self.unrolls or not self.has_short_loops
@@ -192,12 +196,16 @@ def library_of(has_short_loops: bool, is_rare: bool) -> Any:
 class OneSystemLibrary(ShortLoopLibrary):
     """The same with the unroller: where sizes are known loops end as straight lines (measured: 4 to 9 % of a step).
 
-    LLVM finds what is constant in a function before it inlines it (measured: half of a step of the ball without).
+    LLVM finds what is constant in a function before it inlines it (measured: half of a step of the ball without), and
+    in the whole once before the passes of its level: loops whose ends are found there are unrolled early enough for
+    what they store to be followed (measured: 9 % of a step of the rod).
     """
 
     unrolls = True
 
     def _optimize_final_module(self) -> None:
+        self._optimize_functions(self._final_module)
+        self._run_passes(0)
         self._optimize_functions(self._final_module)
         super()._optimize_final_module()
 

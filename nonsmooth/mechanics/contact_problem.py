@@ -45,6 +45,7 @@ MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1
 # code: bits of the facts of a model
 DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES, NORMAL_FORCE_READS_U = 1 << 19, 1 << 20, 1 << 21
 ROWS_READ_T = 1 << 22  # code: bit of the facts of a model
+SHORT_ROW = 3  # chosen: columns of a row that are summed without a look for zeros, which a loop for one system unrolls
 FORCE_INCREMENT = 1.5e-8  # derived: sqrt(eps), the relative increment of a forward difference of the forces
 
 
@@ -99,7 +100,7 @@ class Work(Problem, r="max(1, n_c * (1 + d))"):
     N: Array[Floats, "n_c"]  # given normal forces
     rates: Array[Floats, "n_c", "1 + d"]  # W' u + w' as the model gives them
     W: Array[Floats, "r", "n"]
-    first: Array[Ints, "r"]  # each row of W is zero before this column
+    first: Array[Ints, "r"]  # each row of W, unless it is a short one, is zero before this column
     last: Array[Ints, "r"]  # and from this one on
     X: Array[Floats, "r", "n"]  # rows of W Mhat^-1
     w: Array[Floats, "r"]
@@ -323,15 +324,31 @@ def stack_rows(sys, n_k, u, work):
     first, last = work.first, work.last
     for k in range(r):
         total = w[k]
-        first[k] = n
-        last[k] = 0
-        for j in range(n):
-            if W[k, j] != 0.0:
+        if n <= SHORT_ROW:
+            for j in range(n):
                 total += W[k, j] * u[j]
-                first[k] = min(first[k], j)
-                last[k] = j + 1
+        else:
+            first[k] = n
+            last[k] = 0
+            for j in range(n):
+                if W[k, j] != 0.0:
+                    total += W[k, j] * u[j]
+                    first[k] = min(first[k], j)
+                    last[k] = j + 1
         gamma_0[k] = total
     return r
+
+
+@kernel
+def first_column(n, k, work):
+    """The first column of row k that is summed."""
+    return 0 if n <= SHORT_ROW else work.first[k]
+
+
+@kernel
+def last_column(n, k, work):
+    """The column behind the last one of row k that is summed."""
+    return n if n <= SHORT_ROW else work.last[k]
 
 
 @kernel
@@ -360,24 +377,25 @@ def row_velocities(sys, n_k, u, work):
 @kernel
 def delassus(n, r, work):
     """G = W X^T and c = gamma_0 + W du."""
-    W, X, G, gamma_0, du, c, first, last = work.W, work.X, work.G, work.gamma_0, work.du, work.c, work.first, work.last
+    W, X, G, gamma_0, du, c = work.W, work.X, work.G, work.gamma_0, work.du, work.c
     for k in range(r):
+        first, last = first_column(n, k, work), last_column(n, k, work)
         for m in range(r):
             total = 0.0
-            for j in range(first[k], last[k]):
+            for j in range(first, last):
                 total += W[k, j] * X[m, j]
             G[k, m] = total
         total = gamma_0[k]
-        for j in range(first[k], last[k]):
+        for j in range(first, last):
             total += W[k, j] * du[j]
         c[k] = total
 
 
 @kernel
-def carry_to_ends(sys, t, dt, n_k, q, u, work, there):
+def carry_to_ends(sys, t, dt, n_k, r, state, work, there):
     """Carry the contact velocities from the rows of the mid-point to those of the ends: gamma_0 to the beginning, c to
     the end. The change over half a step, (W_1 - W_mid) u_0 + w_1 - w_mid, is half the dt (W' u + w') of the step."""
-    n = sys.n
+    n, q, u = sys.n, state.q, state.u
     if sys.has & ROWS_ARE_CONSTANT and sys.has & SURFACES_ARE_CONSTANT:
         return True
     for i in range(n):
@@ -386,7 +404,7 @@ def carry_to_ends(sys, t, dt, n_k, q, u, work, there):
         there.closed[k] = work.closed[k]
     if not evaluate_rows(sys, True, t + dt, u, there):
         return False
-    r = row_velocities(sys, n_k, u, there)
+    row_velocities(sys, n_k, u, there)
     gamma_0, gamma_1, c = work.gamma_0, there.gamma_0, work.c
     for k in range(r):
         change = gamma_1[k] - gamma_0[k]

@@ -74,15 +74,18 @@ def step(sys_at, t, dt, state_at, scratch_at):
             work.u_1[i] = state.u[i] + work.du[i]
         state.counters.skipped += 1
     else:
-        n_k = n_k if n_c > 1 else 1  # which it is: a loop for one system knows it then
+        if n_c == 1:
+            n_k = only_contact(work)
         if not evaluate_rows(sys, scratch.is_known[1] == 0, t_mid, state.u, work):
             return Status.NOT_FINITE
         scratch.is_known[1] = 1
         r = stack_rows(sys, n_k, state.u, work)
         apply_inverse(sys, is_implicit(sys), r, work)
         delassus(n, r, work)
-        if not carry_to_ends(sys, t, dt, n_k, state.q, state.u, work, scratch.there):
+        if not carry_to_ends(sys, t, dt, n_k, r, state, work, scratch.there):
             return Status.NOT_FINITE
+        if n_c == 1:
+            n_k = only_contact(work)
         if is_rigid:
             straighten_gaps(sys, dt, n_k, work, scratch.there)
             add_restitution(sys, n_k, 1.0 / ((theta + 0.5) * dt), work)
@@ -106,6 +109,14 @@ def step(sys_at, t, dt, state_at, scratch_at):
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
+
+
+@kernel
+def only_contact(work):
+    """Number of closed contacts where the only one of the system is: said again, it is a constant of what follows in a
+    loop for one system, and with it how many rows there are, and of what kind."""
+    work.closed[0], work.start[0] = 0, 0
+    return 1
 
 
 @kernel
