@@ -18,7 +18,7 @@ import numpy as np
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new, numbers
-from nonsmooth.mechanics.contact_problem import first_column, last_column
+from nonsmooth.mechanics.contact_problem import SHORT_ROW
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
@@ -264,7 +264,9 @@ def book_contact_energy(sys, n_k, ubar, ledger, work):
         has_normal = sys.kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
             velocity, speed = 0.0, 0.0
-            for j in range(first_column(n, r, work), last_column(n, r, work)):
+            first = 0 if n <= SHORT_ROW else work.first[r]
+            last = n if n <= SHORT_ROW else work.last[r]
+            for j in range(first, last):
                 part = W[r, j] * ubar[j]
                 velocity += part
                 speed += abs(part)

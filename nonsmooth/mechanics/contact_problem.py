@@ -340,18 +340,6 @@ def stack_rows(sys, n_k, u, work):
 
 
 @kernel
-def first_column(n, k, work):
-    """The first column of row k that is summed."""
-    return 0 if n <= SHORT_ROW else work.first[k]
-
-
-@kernel
-def last_column(n, k, work):
-    """The column behind the last one of row k that is summed."""
-    return n if n <= SHORT_ROW else work.last[k]
-
-
-@kernel
 def row_velocities(sys, n_k, u, work):
     """gamma_0 of the closed contacts alone, without stacking their rows; returns the number of rows."""
     n = sys.n
@@ -379,7 +367,8 @@ def delassus(n, r, work):
     """G = W X^T and c = gamma_0 + W du."""
     W, X, G, gamma_0, du, c = work.W, work.X, work.G, work.gamma_0, work.du, work.c
     for k in range(r):
-        first, last = first_column(n, k, work), last_column(n, k, work)
+        first = 0 if n <= SHORT_ROW else work.first[k]
+        last = n if n <= SHORT_ROW else work.last[k]
         for m in range(r):
             total = 0.0
             for j in range(first, last):

@@ -74,8 +74,8 @@ def step(sys_at, t, dt, state_at, scratch_at):
             work.u_1[i] = state.u[i] + work.du[i]
         state.counters.skipped += 1
     else:
-        if n_c == 1:
-            n_k = only_contact(work)
+        if n_c == 1:  # number and row of the only contact, said here and below, are constants in a loop for one system
+            n_k, work.closed[0] = 1, 0
         if not evaluate_rows(sys, scratch.is_known[1] == 0, t_mid, state.u, work):
             return Status.NOT_FINITE
         scratch.is_known[1] = 1
@@ -85,7 +85,7 @@ def step(sys_at, t, dt, state_at, scratch_at):
         if not carry_to_ends(sys, t, dt, n_k, r, state, work, scratch.there):
             return Status.NOT_FINITE
         if n_c == 1:
-            n_k = only_contact(work)
+            work.closed[0], work.start[0] = 0, 0
         if is_rigid:
             straighten_gaps(sys, dt, n_k, work, scratch.there)
             add_restitution(sys, n_k, 1.0 / ((theta + 0.5) * dt), work)
@@ -109,14 +109,6 @@ def step(sys_at, t, dt, state_at, scratch_at):
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
-
-
-@kernel
-def only_contact(work):
-    """Number of closed contacts where the only one of the system is: said again, it is a constant of what follows in a
-    loop for one system, and with it how many rows there are, and of what kind."""
-    work.closed[0], work.start[0] = 0, 0
-    return 1
 
 
 @kernel
