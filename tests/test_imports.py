@@ -1,5 +1,6 @@
 """Nothing heavy is imported before it is needed: each check runs in an interpreter of its own."""
 
+import os
 import subprocess
 import sys
 
@@ -46,3 +47,26 @@ def test_a_run_draws_and_stores_only_with_what_it_needs():
 def test_every_public_name_is_found():
     code = "import nonsmooth as ns\nfor name in ns.__all__: getattr(ns, name)"
     assert not imported_by(code) & {"matplotlib", "xarray", "h5py"}
+
+
+@pytest.mark.parametrize(("given", "expected"), [({}, 1), ({"OPENBLAS_NUM_THREADS": "2"}, 2)])
+def test_a_command_runs_blas_on_one_thread_unless_it_is_told_otherwise(given, expected, tmp_path):
+    threadpoolctl = pytest.importorskip("threadpoolctl")
+    if not any(library["internal_api"] == "openblas" for library in threadpoolctl.threadpool_info()):
+        pytest.skip("numpy has another BLAS here")
+    if (os.cpu_count() or 1) < expected:
+        pytest.skip("OpenBLAS takes no more threads than there are processors")
+    code = """
+import atexit, sys
+def tell():
+    from threadpoolctl import threadpool_info
+    print(*(each["num_threads"] for each in threadpool_info() if each["internal_api"] == "openblas"), file=sys.stderr)
+atexit.register(tell)
+sys.argv = ["nonsmooth", "classify", "sprag-slip"]
+from nonsmooth.__main__ import nonsmooth
+nonsmooth()
+"""
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"} | given
+    ended = subprocess.run([sys.executable, "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True,
+                           timeout=120)  # fmt: skip
+    assert ended.returncode == 0 and set(map(int, ended.stderr.split("\n")[-2].split())) == {expected}, ended

@@ -164,7 +164,7 @@ def alone(words: list[str], folder: Path, outputs: list[Path]) -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         sys.argv = ["nonsmooth", *words]
-        nonsmooth.__main__.program()
+        nonsmooth.__main__.nonsmooth()
     except SystemExit as end:
         sys.stdout.flush()
         os._exit(end.code if isinstance(end.code, int) else 1)

@@ -75,8 +75,8 @@ class Left:
 left = sys.left = Left()
 atexit.register(signal.raise_signal, signal.SIGINT)
 sys.argv = ["nonsmooth", *sys.argv[1:]]
-from nonsmooth.__main__ import program
-program()
+from nonsmooth.__main__ import nonsmooth
+nonsmooth()
 """
     for words, expected in ((["list"], 0), (["run", "nobody"], 2)):
         ended = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=60)
