@@ -5,8 +5,8 @@
                  kinds of contact are constants of the code
 
 The arithmetic is the same in the same order, and so are the bits. Measured, ns a step, generic and specialised, and a
-loop in C that has everything built in: ball 52, 17; belt oscillator 181, 117; rod that slides 220, 152, C 52. It takes
-7 to 9 s to compile, and is kept on disk for this system (docs/benchmarks/core.md).
+loop in C that has everything built in: ball 36, 12; belt oscillator 148, 98; rod that slides 169, 84, C 52. It takes
+some 3 s to compile, and is kept on disk for this system (docs/benchmarks/core.md).
 """
 
 from __future__ import annotations

@@ -71,7 +71,9 @@ class Ongoing:
         inspect_start(system, t_0, q0, u0, self.model)  # before a loop is compiled for a model that it refuses
         if isinstance(integrator, FixedStep):
             steps = (t_end - t_0) / integrator.dt
+            started = time.perf_counter()
             self.own_loop = loop_of_system(integrator, self.model, self.sys, self.state, self.memory, steps)
+            self.compile_time += time.perf_counter() - started
         if integrator.chooses_steps:
             check_mass(system, t_0, q0, u0)
         self._take_start(t_0, q0, u0, project)

@@ -152,6 +152,17 @@ def test_it_is_made_where_the_steps_pay_for_it(monkeypatch):
     assert [found.address > 0 for found in specialise._made.values()] == [True]
 
 
+def test_what_a_run_waits_for_its_loop_is_told_as_compiling(monkeypatch):
+    load, waited = Specialised.load, 0.2  # s
+
+    def slowly(self):
+        time.sleep(waited)
+        load(self)
+
+    monkeypatch.setattr(Specialised, "load", slowly)
+    assert run_of(rebounding_ball(), OWN, ([1.0], [0.0])).stats.compile_time >= waited
+
+
 def pays_at_once(monkeypatch, load):
     """Every run pays for a loop of its own, which ``load`` makes beside it."""
     monkeypatch.setattr(specialise, "SAVED", 1.0)
