@@ -19,22 +19,15 @@ def as_system(candidate: Any) -> System:
         return candidate
     if isinstance(candidate, type):
         raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
-    try:
-        return _model_system(candidate)
-    except TypeError:  # an unhashable model
-        pass
     if not callable(getattr(candidate, "system", None)):
         raise InvalidInput(f"a system or a model is needed; got {type(candidate).__name__} without a system() method")
-    return candidate.system()
-
-
-def _model_system(model: Any) -> System:
-    """The system of a model, built anew where its method ``system`` has changed, or what that reads."""
-    if not callable(getattr(model, "system", None)):
-        raise InvalidInput(f"a system or a model is needed; got {type(model).__name__} without a system() method")
-    kept = _kept(model)
-    if not kept or not kept[0][1].holds():
-        kept[:] = [(model.system(), _watch_on_method(type(model)))]
+    try:
+        kept = _kept(candidate)
+    except TypeError:  # an unhashable model
+        system: System = candidate.system()
+        return system
+    if not kept or not kept[0][1].holds():  # its method has changed, or what that reads
+        kept[:] = [(candidate.system(), _watch_on_method(type(candidate)))]
     return kept[0][0]
 
 

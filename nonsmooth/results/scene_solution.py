@@ -174,8 +174,9 @@ class SceneSolution:
 
     def __getitem__(self, body: str | Body) -> BodyMotion:
         """The motion of a body, by its name, or by itself where it is one of the scene that has run."""
-        is_own = not isinstance(body, str) and self.scene is not None and any(body is own for own in self.bodies)
-        k = index_of(body.name if is_own else body, self.names)  # type: ignore[union-attr]
+        is_named = isinstance(body, str) or self.scene is None
+        own = [] if is_named else [each.name for each in self.bodies if each is body]
+        k = index_of(own[0] if own else body, self.names)
         return BodyMotion(self.t, self.position[:, k], self.turn[:, k], self.velocity[:, k], self.spin[:, k])
 
     def __iter__(self) -> Iterator[str]:

@@ -33,7 +33,7 @@ from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
-from nonsmooth.scenes.scene import Scene
+from nonsmooth.scenes.scene import Kind, Scene
 from nonsmooth.signals.interruption import interrupts_held_back
 
 SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
@@ -76,7 +76,8 @@ class SceneRun:
         require_moreau_jean(integrator)
         table = grid_times(integrator, t_span, every, t_eval)
         self._begin(scene, integrator, table, recorder, project, functions)
-        self.world.go_along(self.assembly.find_contacts(float(self.assembly.doubts.near)), self.assembly.found)
+        if any(body.kind is Kind.KINEMATIC for body in scene.bodies):
+            self.world.go_along(self.assembly.find_contacts(float(self.assembly.doubts.near)), self.assembly.found)
 
     def _begin(
         self, scene: Scene, integrator: Any, table: RecordTimes, recorder: SceneRecorder | None, project: bool,

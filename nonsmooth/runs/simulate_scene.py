@@ -7,10 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from nonsmooth.contact.network.parallel import Desks
-from nonsmooth.errors import (
-    InvalidInput,
-    Status,
-)
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.results.scene_records import EVENTS, as_kinds
 from nonsmooth.results.scene_solution import SceneSolution
