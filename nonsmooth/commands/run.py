@@ -206,10 +206,10 @@ def simulate_model(
     model: Any, start: Any, integrator: Any, t_end: float, arguments: argparse.Namespace, progress: Any
 ) -> Any:
     """The run of a model; where a step fails, its contact problem is written if that is wanted."""
-    from nonsmooth.runs.simulate import simulate
+    from nonsmooth.runs.simulate import simulate_at_once
 
     try:
-        return simulate(
+        return simulate_at_once(
             model, (0.0, t_end), *start, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
             selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
             max_wall_time=arguments.max_wall_time, progress=progress,

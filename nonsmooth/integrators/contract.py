@@ -35,7 +35,7 @@ import numpy as np
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import Callback, Kernel
+from nonsmooth.jit import Callback, Kernel, load_all
 from nonsmooth.jit.blocks import Block, Floats, Handle, Ints
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import System
@@ -109,9 +109,13 @@ class Integrator:
         """The entry points whose code decides the bits of a run."""
         return (self.loop, *self.callbacks)
 
+    def entry_points(self, system: System) -> list[Kernel]:
+        """What the loop may reach for this system, itself first."""
+        return [self.loop]
+
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        self.loop.load()
+        load_all(self.entry_points(system))
 
     def memory(self, system: System, selection: int) -> Any:
         """A fresh block with the options in it; nothing of it depends on the start."""

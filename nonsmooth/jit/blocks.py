@@ -115,6 +115,7 @@ class Block(metaclass=BlockClass):
         if callable(value) or isinstance(value, Block):  # of the interpreter
             self.__dict__[name] = value
         else:
+            self.__dict__.pop(name, None)
             self._bits[self._at + field.at] = value
 
     def restore(self, words: np.ndarray) -> None:

@@ -118,7 +118,7 @@ def compile_cached(
 
 def words_of(names: list[str], seconds: float, of: str = "") -> str:
     """What is said while these entry points are compiled."""
-    what = names[0] if len(names) == 1 else f"{len(names)} functions{of}"
+    what = names[0].rpartition(".")[2] if len(names) == 1 else f"{len(names)} functions{of}"
     return sentence(what, reason_for(names), seconds, cache_directory() if is_usable() else None)
 
 

@@ -12,35 +12,13 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.errors import UnsupportedVersion
 from nonsmooth.jit.object_code import ObjectCode, object_code
+from nonsmooth.jit.surroundings import imported_numba, require_tested
 
-# measured: versions of numba: the first that was tested, and the first that was not
-LOWEST, UNTESTED = (0, 61, 2), (0, 69)
-
-try:
-    import numba
-except ImportError as error:
-    raise UnsupportedVersion(f"numba cannot be imported: {error}") from error
-
-
-def require_tested(version: str) -> None:
-    """Refuse a numba that was not tested.
-
-    Raises
-    ------
-    UnsupportedVersion
-    """
-    if not LOWEST <= tuple(map(int, re.findall(r"\d+", version)[:3])) < UNTESTED:
-        lowest, untested = (".".join(map(str, bound)) for bound in (LOWEST, UNTESTED))
-        raise UnsupportedVersion(
-            f'numba {version} was not tested with nonsmooth: pip install "numba>={lowest},<{untested}"'
-        )
-
-
-require_tested(numba.__version__)
+require_tested(imported_numba().__version__)
 
 import llvmlite.binding as llvm
+import numba
 from llvmlite.binding.ffi import lib as llvm_library
 from numba import _helperlib
 from numba.core import base as base

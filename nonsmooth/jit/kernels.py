@@ -82,7 +82,7 @@ class Kernel:
         return rebind(self.function, lambda kernel: kernel.callee)
 
     def _kept_as(self) -> tuple[str, str, str]:
-        return self.signature or "", self.function.__name__, kernel_stamp(self)
+        return self.signature or "", self.kept_name, kernel_stamp(self)
 
     def _options(self) -> dict[str, Any]:
         from nonsmooth.jit.kernel_compiler import compiler_of, library_of
@@ -109,6 +109,11 @@ class Kernel:
     def slot_name(self) -> str:
         """The linker's name of the slot of an entry point."""
         return f"nonsmooth.{known_as(self.function.__module__)}.{self.function.__name__}"
+
+    @property
+    def kept_name(self) -> str:
+        """The name of its file, with the room: two rooms may have functions of one name."""
+        return f"{known_as(self.function.__module__).removeprefix('nonsmooth.')}.{self.function.__name__}"
 
     def slot_symbol(self) -> str:
         """The name of the slot, which is made known to the linker here."""
@@ -151,7 +156,7 @@ class Kernel:
     @property
     def is_on_disk(self) -> bool:
         """Whether an earlier process compiled it."""
-        return is_cached(self.function.__name__, kernel_stamp(self))
+        return is_cached(self.kept_name, kernel_stamp(self))
 
     @property
     def address(self) -> int:

@@ -54,7 +54,7 @@ def words_for(missing: list[Kernel], parts: list[list[Kernel]]) -> str:
     """What is said while these are compiled: their part of the package, and the time of the longest share."""
     seconds = max(map(work_of, parts)) / PACE
     *_, part, _ = missing[0].function.__module__.split(".")
-    return words_of([kernel.function.__name__ for kernel in missing], seconds, f" of {part}")
+    return words_of([kernel.kept_name for kernel in missing], seconds, f" of {part}")
 
 
 def _load(entry_points: list[Kernel], parts: list[list[Kernel]]) -> None:
@@ -78,11 +78,14 @@ def _load(entry_points: list[Kernel], parts: list[list[Kernel]]) -> None:
         kernel.load()
 
 
-def shares(kernels: list[Kernel], processes: int) -> list[list[Kernel]]:
-    """Parts that take about as long to compile: for this process, with the first one, and for some to be started."""
+def shares(kernels: list[Kernel], processes: int, head_start: float = STARTUP_CODE) -> list[list[Kernel]]:
+    """Parts that take about as long to compile: for this process, with the first one, and for some to be started.
+
+    ``head_start``: bytes of code that this one compiles before the others have started; 0 where all are started.
+    """
     first, *others = kernels
     parts: list[list[Kernel]] = [[first], *([] for _ in range(1, processes))]
-    start = min(STARTUP_CODE, work_of(kernels) / (1 + processes))
+    start = min(head_start, work_of(kernels) / (1 + processes))
     for kernel in sorted(others, key=size_of, reverse=True):
         ends = [(work_of([*part, kernel]) + (start if k > 0 else 0), k == 0) for k, part in enumerate(parts)]
         parts[ends.index(min(ends))].append(kernel)
@@ -121,8 +124,8 @@ def may_start_process() -> bool:
     return (os.cpu_count() or 1) > 1 and Path(sys.executable or "").name.startswith("python")
 
 
-def start_process(kernels: list[Kernel]) -> subprocess.Popen | None:
-    """A process that compiles these to disk, or None where none can be started."""
+def start_process(kernels: list[Kernel], keeps: tuple[int, ...] = ()) -> subprocess.Popen | None:
+    """A process that compiles these to disk and keeps some files open, or None where none can be started."""
     paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH", ""))))
     names = [f"{kernel.function.__module__}:{kernel.function.__name__}" for kernel in kernels]
     try:
@@ -132,6 +135,7 @@ def start_process(kernels: list[Kernel]) -> subprocess.Popen | None:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            pass_fds=keeps,
         )
     except OSError:
         return None

@@ -20,6 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.errors import UnsupportedVersion
+
+# measured: versions of numba: the first that was tested, and the first that was not
+LOWEST, UNTESTED = (0, 61, 2), (0, 69)
 CHOSEN = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "CPU_NAME", "CPU_FEATURES",
           "DISABLE_INTEL_SVML", "DEBUGINFO_DEFAULT")  # fmt: skip
 FILES_OF_OPTIONS = ".numba_config.*"  # defined: by numba, in the working folder
@@ -55,11 +59,41 @@ def features_of_processor() -> str:
         return ""
 
 
+def imported_numba() -> types.ModuleType:
+    """Numba.
+
+    Raises
+    ------
+    UnsupportedVersion
+        Where it cannot be imported.
+    """
+    try:
+        return importlib.import_module("numba")
+    except ImportError as error:
+        raise UnsupportedVersion(f"numba cannot be imported: {error}") from error
+
+
+def require_tested(version: str) -> None:
+    """Refuse a numba that was not tested.
+
+    Raises
+    ------
+    UnsupportedVersion
+    """
+    if not LOWEST <= tuple(map(int, re.findall(r"\d+", version)[:3])) < UNTESTED:
+        lowest, untested = (".".join(map(str, bound)) for bound in (LOWEST, UNTESTED))
+        raise UnsupportedVersion(
+            f'numba {version} was not tested with nonsmooth: pip install "numba>={lowest},<{untested}"'
+        )
+
+
 def version_of_numba() -> str:
-    """The version that is installed, from the file that was written as it was built."""
+    """The version that is imported, or installed: from the file that was written as it was built."""
+    if "numba" in sys.modules:
+        return str(imported_numba().__version__)
     file = folder_of_numba() / "_version.py"
     found = re.search(r'"version": "(.+)"', file.read_text()) if file.is_file() else None
-    return found[1] if found else str(importlib.import_module("numba").__version__)
+    return found[1] if found else str(imported_numba().__version__)
 
 
 def folder_of_numba() -> Path:
@@ -72,9 +106,7 @@ def folder_of_numba() -> Path:
     """
     spec = importlib.util.find_spec("numba")
     if spec is None or spec.origin is None:
-        from nonsmooth.jit.internals import numba  # which says what is wrong
-
-        return Path(numba.__file__).parent
+        return Path(str(imported_numba().__file__)).parent
     return Path(spec.origin).parent
 
 

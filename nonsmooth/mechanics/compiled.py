@@ -40,7 +40,7 @@ def model_of(system: System) -> Model:
     compiled anew. ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
     """
     if os.environ.get("NONSMOOTH_INTERPRET") == "1":
-        return _interpreted_model(system)
+        return interpreted_model(system)
     try:
         require_compiled_laws(system)
         return _compiled_or_by_differences(system)
@@ -49,7 +49,7 @@ def model_of(system: System) -> Model:
             f"{reason}; the same source runs in the interpreter, about a hundred times slower. {reason.cure}",
             InterpretedWarning,
         )
-        return _interpreted_model(system)
+        return interpreted_model(system)
 
 
 def _compiled_or_by_differences(system: System) -> Model:
@@ -75,7 +75,8 @@ def _shelf(key: tuple, n_q: int, n_u: int, n_p: int, unpack: Unpack) -> Shelf:
     return Shelf(functions, n_q, n_u, unpack, n_p)
 
 
-def _interpreted_model(system: System) -> Model:
+def interpreted_model(system: System) -> Model:
+    """A system's functions, run by Python."""
     functions, unpack = system.functions, system.unpack
 
     def model(which: int, t: float, q: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:

@@ -47,7 +47,7 @@ def _chosen(solution: Solution) -> list[str]:
     """Which integrator was chosen, and why; and what it handed over to another."""
     about = solution.about
     chosen = [f"{about['integrator']}, because {about['chosen']}"] if "chosen" in about else []
-    return chosen + ([f"handed over: {about['handed over']}"] if "handed over" in about else [])
+    return chosen + [f"{what}: {about[what]}" for what in ("handed over", "interpreted") if what in about]
 
 
 def as_html(solution: Solution) -> str:

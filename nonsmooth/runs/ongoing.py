@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
+from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
 
@@ -16,7 +17,7 @@ from nonsmooth.integrators.records import Columns, Record, Skips
 from nonsmooth.jit import handle_of
 from nonsmooth.jit.blocks import Block
 from nonsmooth.jit.specialised import Specialised
-from nonsmooth.mechanics.compiled import loop_of
+from nonsmooth.mechanics.compiled import Model, loop_of
 from nonsmooth.mechanics.initial_state import check_mass, examine_state, project_state
 from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.sys import Sys
@@ -61,7 +62,7 @@ class Ongoing:
         self.system, self.integrator, self.table, self.selection = system, integrator, table, selection
         self.kept = kept
         started = time.perf_counter()
-        self.model, self.loop = loop_of(system, integrator)
+        self.model, self.loop = self.find_loop()
         self.compile_time = time.perf_counter() - started
         self.workspace = take_workspace(system, integrator, selection, self.model)
         self.sys, self.state, self.memory = self.workspace.sys, self.workspace.state, self.workspace.memory
@@ -70,9 +71,8 @@ class Ongoing:
         self.state.now = t_0
         inspect_start(system, t_0, q0, u0, self.model)  # before a loop is compiled for a model that it refuses
         if isinstance(integrator, FixedStep):
-            steps = (t_end - t_0) / integrator.dt
             started = time.perf_counter()
-            self.own_loop = loop_of_system(integrator, self.model, self.sys, self.state, self.memory, steps)
+            self.find_own_loop()
             self.compile_time += time.perf_counter() - started
         if integrator.chooses_steps:
             check_mass(system, t_0, q0, u0)
@@ -80,6 +80,16 @@ class Ongoing:
         integrator.prepare(system, t_end, self.state, self.memory)
         self.status = Status.RUNNING
         self.wall_time = 0.0
+
+    def find_loop(self) -> tuple[Model, Callable]:
+        """The model, and the loop for it."""
+        return loop_of(self.system, self.integrator)
+
+    def find_own_loop(self) -> None:
+        """The loop for this system alone, where the steps that are left pay for it."""
+        if isinstance(self.integrator, FixedStep):
+            steps = (self.table.span[1] - self.state.now) / self.integrator.dt
+            self.own_loop = loop_of_system(self.integrator, self.model, self.sys, self.state, self.memory, steps)
 
     def _take_start(self, t: float, q0: np.ndarray, u0: np.ndarray, project: bool) -> None:
         """The state at the start, and the modes of rigid contacts there."""

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 MOST_THREADS = 64  # chosen: each has a memory of its own, 80 bytes a body and 16 a contact
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
+_may_go_ahead: ContextVar[bool] = ContextVar("may_go_ahead", default=False)  # whether a run may be ahead of its code
 SELECTIONS = {
     "compliant-limit": Selection.COMPLIANT_LIMIT,
     "lift-off": Selection.LIFT_OFF,
@@ -262,7 +263,8 @@ def simulate(
     method, reason = choose(method, model, system, t_span, q_0, u_0)
     task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
-        run = new_run(*task, Recorder(recorded, is_watched=bool(functions)))
+        recorder = Recorder(recorded, is_watched=bool(functions))
+        run = (run_ahead(*task, recorder) if _may_go_ahead.get() else None) or new_run(*task, recorder)
     elif functions:
         raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
     else:
@@ -340,6 +342,15 @@ def simulate_whole(*motion: Any, **options: Any) -> Solution:
         _is_whole.reset(token)
 
 
+def simulate_at_once(*motion: Any, **options: Any) -> Any:
+    """`simulate` for who waits for one run: it may begin before its code is compiled (runs/ahead.py)."""
+    token = _may_go_ahead.set(True)
+    try:
+        return simulate(*motion, **options)
+    finally:
+        _may_go_ahead.reset(token)
+
+
 def choose(
     integrator: Any, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray
 ) -> tuple[Any, str | None]:
@@ -374,6 +385,22 @@ def new_run(
         from nonsmooth.runs.scipy_run import ScipyRun as kind
     table = make_timetable(integrator, t_span, every, t_eval)
     return kind(system, integrator, table, q0, u0, selection, project, recorder)
+
+
+def run_ahead(
+    system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
+    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorder: Recorder,
+) -> Run | None:  # fmt: skip
+    """A run that begins in the interpreter while its code is compiled; None where it is compiled, or is to be first."""
+    from nonsmooth.runs.ahead import AheadRun, compiled_elsewhere
+
+    if integrator.hand_over is not None or not integrator.is_compiled:
+        return None
+    elsewhere = compiled_elsewhere(system, integrator)
+    if elsewhere is None:
+        return None
+    table = make_timetable(integrator, t_span, every, t_eval)
+    return AheadRun(elsewhere, system, integrator, table, q0, u0, selection, project, recorder)
 
 
 def checkpointed_run(

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.jit import internals, kernel
+from nonsmooth.jit import internals, kernel, surroundings
 from nonsmooth.jit.blocks import Block, Floats, Handle, head_words, new, view
 from nonsmooth.jit.fingerprint import COPIED
 from nonsmooth.jit.internals import (
@@ -22,11 +22,11 @@ from nonsmooth.jit.internals import (
     can_be_kept,
     extensions,
     finish_twin,
-    require_tested,
     source_of,
     stands_alone,
     twin_of,
 )
+from nonsmooth.jit.surroundings import require_tested
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path(ns.__file__).parent
@@ -36,7 +36,7 @@ PACKAGE = Path(ns.__file__).parent
 
 def test_the_bounds_are_those_of_the_project():
     (wanted,) = (line for line in dependencies() if line.startswith("numba"))
-    lowest, untested = (".".join(map(str, bound)) for bound in (internals.LOWEST, internals.UNTESTED))
+    lowest, untested = (".".join(map(str, bound)) for bound in (surroundings.LOWEST, surroundings.UNTESTED))
     assert wanted == f"numba>={lowest},<{untested}"
 
 

@@ -99,7 +99,7 @@ def test_what_cannot_be_called_by_address_is_refused(signature):
 def kept(entry):
     """What stands on the disk of an entry point."""
     entry.load()
-    return cache.code_file(entry.function.__name__, kernels.kernel_stamp(entry)).load(lambda payload: payload)
+    return cache.code_file(entry.kept_name, kernels.kernel_stamp(entry)).load(lambda payload: payload)
 
 
 def test_code_from_the_disk_does_the_same_at_another_address():

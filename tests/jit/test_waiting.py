@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.contact.network import solve
+from nonsmooth.contact.planar import ladder
 from nonsmooth.integrators.assembly import step
 from nonsmooth.jit import Kernel, cache, loading
 from nonsmooth.jit.waiting import waiting
@@ -77,7 +79,7 @@ def test_a_scene_that_compiles_says_it_once_with_the_reason(impatient, monkeypat
     monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)
 
     def compile_one(entry_points, missing):
-        (tmp_path / "take_steps_planar-0123.code").write_bytes(b"")
+        (tmp_path / f"{step.stages_of(2, has_restitution=False).take.kept_name}-0123.code").write_bytes(b"")
         time.sleep(0.2)
 
     monkeypatch.setattr(loading, "_load", compile_one)
@@ -98,3 +100,11 @@ def test_the_time_that_is_said_grows_with_the_code():
     ]
     assert 5 < seconds[0] < seconds[1] < 300
     assert np.isfinite(seconds).all()
+
+
+def test_a_function_of_one_room_is_no_reason_for_that_of_another(monkeypatch, tmp_path):
+    monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)
+    (tmp_path / f"{ladder.solve_planar.kept_name}-0123.code").write_bytes(b"")
+    assert solve.solve_planar.kept_name.endswith(".solve_planar")
+    assert "first use" in cache.words_of([solve.solve_planar.kept_name], 1.0)
+    assert "changed since" in cache.words_of([ladder.solve_planar.kept_name], 1.0)

@@ -38,7 +38,7 @@ from nonsmooth.integrators.radau.method import SMALLEST_RTOL
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces
-from nonsmooth.jit import Kernel, load_all
+from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.contact_problem import model_facts
@@ -92,8 +92,8 @@ class Adaptive(Integrator):
         """The loop over the steps."""
         return run
 
-    def load(self, system: System) -> None:
-        """Compile what the loop may reach for this system."""
+    def entry_points(self, system: System) -> list[Kernel]:
+        """What the loop may reach for this system, itself first."""
         entry_points = [self.loop, try_step, held_step, find_event, decide_modes, substep]
         entry_points += [solve, rigid_events, rigid_forces, hold_constraints]
         if system.n_c > 1:
@@ -102,7 +102,7 @@ class Adaptive(Integrator):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
             entry_points += [end_slide, acceleration_problem_apart]
-        load_all(entry_points)
+        return entry_points
 
     def memory(self, system: System, selection: int) -> Extrapolation:
         """The arrays of a run, with the tolerances."""

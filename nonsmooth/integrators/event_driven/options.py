@@ -34,7 +34,7 @@ from nonsmooth.integrators.radau.stages import newton
 from nonsmooth.integrators.records import N_WORKS, State
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces, rigid_rates
-from nonsmooth.jit import load_all
+from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.system import System
@@ -89,8 +89,8 @@ class EventDriven(LocatesEvents):
 
     callbacks = (rigid_rates, rigid_events, change_modes, accept_step, fill_header)
 
-    def load(self, system: System) -> None:
-        """Compile what the loop may reach for this system."""
+    def entry_points(self, system: System) -> list[Kernel]:
+        """What the loop may reach for this system, itself first."""
         entry_points = [self.loop, *self.callbacks, rigid_forces, hold_constraints]
         entry_points += [radau_step, radau_shorten, newton, locate_event]
         if system.n_c > 0:
@@ -98,7 +98,7 @@ class EventDriven(LocatesEvents):
             entry_points.append(acceleration_problem_apart)
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot, *kernels_of_shock(system)]
-        load_all(entry_points)
+        return entry_points
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays of a run, with the tolerances."""

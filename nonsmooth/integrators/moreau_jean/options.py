@@ -120,8 +120,8 @@ class MoreauJean(FixedStep):
         arrays.planar.may_wait = 1
         return arrays
 
-    def load(self, system: System) -> None:
-        """Compile what the loop may reach for this system."""
+    def entry_points(self, system: System) -> list[Kernel]:
+        """What the loop may reach for this system, itself first."""
         entry_points = [self.loop, step, solve]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot, *kernels_of_shock(system)]
@@ -131,7 +131,7 @@ class MoreauJean(FixedStep):
             entry_points += [end_slide, acceleration_problem_apart]
         if self.projection:
             entry_points.append(project)
-        load_all(entry_points)
+        return entry_points
 
     def load_for_retry(self, system: System, memory: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""

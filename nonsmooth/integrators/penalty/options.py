@@ -25,7 +25,7 @@ from nonsmooth.integrators.radau.located import LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
 from nonsmooth.integrators.radau.stages import newton
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import load_all
+from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 from nonsmooth.numerics.rounding import EPS, NOTHING, rounding_of_sum
@@ -126,11 +126,11 @@ class Penalty(LocatesEvents):
         """Whether the steps are taken by compiled code."""
         return self.method == "compiled"
 
-    def load(self, system: System) -> None:
-        """Compile what the loop may reach."""
+    def entry_points(self, system: System) -> list[Kernel]:
+        """What the loop may reach."""
         of_radau = (self.loop, radau_step, radau_shorten, newton, locate_event)
         of_method = of_radau if self.is_compiled else (evaluate_contacts,)
-        load_all((*self.callbacks, begin_contacts, *of_method))
+        return [*self.callbacks, begin_contacts, *of_method]
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays of a run, with the laws and tolerances."""

@@ -15,7 +15,7 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import STEP
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import kernel, load_all
+from nonsmooth.jit import Kernel, kernel
 from nonsmooth.jit.blocks import Block, Floats, new, view
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import FORCE, MASS, System
@@ -77,8 +77,8 @@ class Verlet(FixedStep):
     def __post_init__(self) -> None:
         object.__setattr__(self, "dt", as_positive("dt", self.dt, "s"))
 
-    def load(self, system: System) -> None:
-        load_all([self.loop, self.step])
+    def entry_points(self, system: System) -> list[Kernel]:
+        return [self.loop, self.step]
 
     def memory(self, system: System, selection: int) -> Scratch:
         if system.n_c:
