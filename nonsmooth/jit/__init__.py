@@ -28,7 +28,7 @@ compiles kernels. ``late`` loads what few runs reach when it is first called. ``
 from, by what ``bytecode`` finds that it reads and ``libraries`` know by name (where a module moved, by that of
 ``former_names``); ``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
 key it is kept, ``code_files`` in which form; ``linking`` calls it in a later process, without numba;
-``loading`` shares the work between processes, ``elsewhere`` leaves all of it to others.
+``loading`` shares the work between processes, which take ``turns``; ``elsewhere`` leaves all of it to others.
 """
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, key_of

@@ -16,6 +16,7 @@ from nonsmooth.jit.cache import cache_directory, is_usable
 from nonsmooth.jit.kernels import Kernel
 from nonsmooth.jit.loading import MOST_PROCESSES, WAIT, may_start_process, shares, start_process
 from nonsmooth.jit.surroundings import require_tested, version_of_numba
+from nonsmooth.jit.turns import Turns
 
 LOCK = "compiling.lock"  # chosen: a name that is none of compiled code
 LOOK = 0.02  # chosen: s between two looks whether the processes are done
@@ -75,10 +76,11 @@ def compile_elsewhere(entry_points: list[Kernel]) -> Elsewhere | None:
         return None
     if handle is None:
         return Elsewhere(path, [])
-    parts = shares(entry_points, min(os.cpu_count() or 1, MOST_PROCESSES), head_start=0.0)
+    turns = Turns(shares(entry_points, min(os.cpu_count() or 1, MOST_PROCESSES), head_start=0.0))
     try:
-        begun = [start_process(part, keeps=(handle,)) for part in parts]
+        begun = [start_process(*turns.of(k), keeps=(handle,)) for k in range(len(turns.shares))]
     finally:
+        turns.close()
         os.close(handle)  # the processes hold it
     processes = [process for process in begun if process is not None]
     return Elsewhere(path, processes) if processes else None

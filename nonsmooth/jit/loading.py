@@ -2,7 +2,8 @@
 
 Numba compiles under one lock, so threads would not help. The time that an entry point takes goes with the length of its
 code, that of the kernels in it counted once. Numba's part of it is spent once in a process on each kernel, LLVM's in
-each entry point that the kernel is a part of: those that share kernels go together where the shares stay even.
+each entry point that the kernel is a part of: those that share kernels go together where the shares stay even. Bytes
+tell the time to a factor of 1.5: who is done with his share goes on with what is left of another (turns.py).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pathlib import Path
 from nonsmooth.jit.cache import is_usable, words_of
 from nonsmooth.jit.kernels import Kernel, called_by
 from nonsmooth.jit.late import stopped_clock
+from nonsmooth.jit.turns import Turns, in_turn
 from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
@@ -26,7 +28,8 @@ COMPILE = """
 import os, sys
 sys.modules["scipy.linalg"] = None
 from nonsmooth.jit.loading import compile_named
-compile_named(sys.argv[1:])
+pipes, *names = sys.argv[1:]
+compile_named(tuple(map(int, pipes.split())), names)
 os._exit(0)
 """
 MOST_PROCESSES = 4  # chosen: 250 MB each, and the largest entry point of a scene takes a third of all
@@ -59,17 +62,18 @@ def words_for(missing: list[Kernel], parts: list[list[Kernel]]) -> str:
 
 def _load(entry_points: list[Kernel], parts: list[list[Kernel]]) -> None:
     """Compile the first share here and the others in processes of their own, and load all."""
-    here, *elsewhere = parts
-    others = [process for part in elsewhere if (process := start_process(part)) is not None]
+    turns = Turns(parts)
+    others = [process for k in range(1, len(parts)) if (process := start_process(*turns.of(k))) is not None]
     until = time.monotonic() + WAIT
     try:
-        for kernel in here:
+        for kernel in in_turn(*turns.of(0)):
             kernel.load()
         for other in others:
             other.wait(max(0.0, until - time.monotonic()))
     except subprocess.TimeoutExpired:
         pass
     finally:
+        turns.close()
         for other in others:
             if other.poll() is None:
                 other.kill()
@@ -124,26 +128,28 @@ def may_start_process() -> bool:
     return (os.cpu_count() or 1) > 1 and Path(sys.executable or "").name.startswith("python")
 
 
-def start_process(kernels: list[Kernel], keeps: tuple[int, ...] = ()) -> subprocess.Popen | None:
-    """A process that compiles these to disk and keeps some files open, or None where none can be started."""
+def start_process(
+    pipes: tuple[int, ...], kernels: list[Kernel], keeps: tuple[int, ...] = ()
+) -> subprocess.Popen | None:
+    """A process that compiles to disk what is its turn, or None where none can be started; it keeps some files open."""
     paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH", ""))))
     names = [f"{kernel.function.__module__}:{kernel.function.__name__}" for kernel in kernels]
     try:
         return subprocess.Popen(
-            [sys.executable, "-c", COMPILE, *names],
+            [sys.executable, "-c", COMPILE, " ".join(map(str, pipes)), *names],
             env={**os.environ, "PYTHONPATH": paths},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            pass_fds=keeps,
+            pass_fds=(*pipes, *keeps),
         )
     except OSError:
         return None
 
 
-def compile_named(names: list[str]) -> None:
-    """Compile entry points given as ``module:function``."""
-    for name in names:
+def compile_named(pipes: tuple[int, ...], names: list[str]) -> None:
+    """Compile entry points given as ``module:function``, those whose turn it is."""
+    for name in in_turn(pipes, names):
         module, function = name.split(":")
         __import__(module)
         getattr(sys.modules[module], function).load()

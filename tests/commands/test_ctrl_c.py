@@ -40,8 +40,8 @@ def test_a_command_ends_soon_after_ctrl_c(words, after, tmp_path):
 
 @pytest.mark.parametrize("after", MOMENTS[:-1])  # the last one comes when it is done
 def test_a_large_map_ends_soon_after_ctrl_c(after, tmp_path):
-    """8e5 states, which it saves."""
-    axes = ("mu=0.5:2:900", "th=0.1:1.5:900")
+    """6e6 states, 5 s of two processors, which it saves: it is to be there still when Ctrl-C comes."""
+    axes = ("mu=0.5:2:2500", "th=0.1:1.5:2500")
     assert_ends_soon(["nonsmooth", "map", "sprag-slip", "--axis", *axes, "--workers", "2"], after, tmp_path)
 
 

@@ -12,13 +12,14 @@ from nonsmooth.contact.blocks.interior import direction, longest_step
 from nonsmooth.integrators.assembly.step import stages_of
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_forces
-from nonsmooth.jit import cache
+from nonsmooth.jit import cache, turns
 from nonsmooth.jit.cache import no_collection
 from nonsmooth.jit.loading import STARTUP_CODE, kernels_of, shares, size_of, work_of
 
 LOAD = """
 import sys
 from nonsmooth.jit import loading
+from nonsmooth.jit.turns import in_turn
 from nonsmooth.contact.blocks.interior import direction, longest_step
 if sys.argv[1] == "alone":
     loading.may_start_process = lambda: False
@@ -26,6 +27,7 @@ elif sys.argv[1] == "broken":
     loading.COMPILE = "raise SystemExit(1)"
 else:
     loading.may_start_process = lambda: True
+    loading.in_turn = lambda pipes, kernels: in_turn(pipes[:1], kernels)  # and helps nobody
 assert not direction.is_on_disk and not longest_step.is_on_disk
 loading.load_all([direction, longest_step])
 for kernel in (direction, longest_step):
@@ -54,6 +56,23 @@ def test_processes_have_about_as_much_to_compile(dim, processes):
     sizes = [work_of(here), *(STARTUP_CODE + work_of(part) for part in elsewhere)]
     even = sum(sizes) / processes
     assert max(sizes) <= max(1.2 * even, STARTUP_CODE + max(map(size_of, kernels)))
+
+
+@pytest.mark.skipif(not turns.CAN_HAND_ON, reason="each keeps to its share there")
+def test_who_is_done_early_helps_the_others_and_nothing_is_done_twice():
+    shared = turns.Turns(["abc", "de", "fg"])
+    first = turns.in_turn(*shared.of(1))
+    assert [next(first), next(first)] == ["d", "e"]  # its own
+    assert "".join(turns.in_turn(*shared.of(0))) == "abcfg"
+    assert not list(first) and not list(turns.in_turn(*shared.of(2)))
+    shared.close()
+
+
+def test_where_pipes_cannot_be_handed_on_each_keeps_to_its_share(monkeypatch):
+    monkeypatch.setattr(turns, "CAN_HAND_ON", False)
+    shared = turns.Turns(["abc", "de"])
+    assert ["".join(turns.in_turn(*shared.of(k))) for k in (1, 0, 1)] == ["de", "abc", "de"]
+    shared.close()
 
 
 def test_one_process_has_all():

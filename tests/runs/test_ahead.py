@@ -12,6 +12,7 @@ import pytest
 import nonsmooth as ns
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SpragSlip, WallPendulum
 from nonsmooth.jit import elsewhere
+from nonsmooth.jit.turns import in_turn
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.runs import ahead, run
 from nonsmooth.runs.simulate import simulate, simulate_at_once
@@ -163,8 +164,8 @@ def cold(monkeypatch, tmp_path):
     monkeypatch.setattr("nonsmooth.jit.kernels.Kernel.is_loaded", property(lambda kernel: False))
     begun = []
 
-    def start_process(part, keeps):
-        begun.append(part)
+    def start_process(pipes, kernels, keeps):
+        begun.append(list(in_turn(pipes[:1], kernels)))
         return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE,
                                 pass_fds=keeps)  # fmt: skip
 
