@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.problems import FAMILIES, RigidCase
+from benchmarks.problems import FAMILIES, RigidCase, heap
 from benchmarks.solvers import table
 from nonsmooth.contact.blocks.result import ContactResult
 from nonsmooth.contact.blocks.solve import solve_contact
@@ -25,8 +25,11 @@ PROBLEMS: tuple[tuple[str, int, int, dict[str, float]], ...] = (
     ("wall", 400, 2, {}), ("wall", 1600, 2, {}), ("wall", 10_000, 2, {}), ("wall", 300, 3, {}), ("wall", 1000, 3, {}),
     ("wall", 3000, 3, {}), ("wall", 10_000, 3, {}), ("packing", 300, 2, {}), ("packing", 1000, 2, {}),
     ("packing", 100, 3, {}), ("packing", 500, 3, {}), ("packing", 1000, 3, {}), ("packing", 1000, 3, {"noise": 0.0}),
+    ("packing", 1200, 3, {"disorder": 0.0}), ("packing", 1200, 3, {"disorder": 0.0, "noise": 0.0}),
+    ("heap", 500, 3, {}), ("heap", 1000, 3, {}), ("heap", 1000, 3, {"noise": 0.0}),
     ("assembly", 1000, 3, {}), ("tower", 200, 3, {}),
 )  # fmt: skip
+SAID = {"noise": " at rest", "disorder": " in order"}
 
 
 def main(words: list[str] | None = None) -> int:
@@ -42,12 +45,10 @@ def main(words: list[str] | None = None) -> int:
 
 def page() -> Iterator[str]:
     """The table."""
-    cases: list[Any] = [
-        FAMILIES[family](np.random.default_rng([0, size, dim]), size, dim, **more)
-        for family, size, dim, more in PROBLEMS
-    ]
+    cases: list[Any] = [case_of(*problem) for problem in PROBLEMS]
     names = [
-        f"{family} {dim}-D{' at rest' if more else ''}, {len(case.mu)} contacts of {len(case.given.f) // (3 * dim - 3)}"
+        f"{family} {dim}-D{''.join(SAID[key] for key in more)}, "
+        f"{len(case.mu)} contacts of {len(case.given.f) // (3 * dim - 3)}"
         for (family, _, dim, more), case in zip(PROBLEMS, cases, strict=True)
     ]
     for case in (cases[0], cases[4]):  # compiled before it is timed
@@ -55,6 +56,12 @@ def page() -> Iterator[str]:
         solve_contact(*case)
     columns = {"by bodies": list(map(cell(by_bodies), cases)), "by G": list(map(cell(by_matrix), cases))}
     yield from table("problem", names, columns)
+
+
+def case_of(family: str, size: int, dim: int, more: dict[str, float]) -> Any:
+    """A problem of the list."""
+    rng = np.random.default_rng([0, size, dim])
+    return heap(rng, size, **more) if family == "heap" else FAMILIES[family](rng, size, dim, **more)
 
 
 def by_bodies(case: RigidCase) -> ContactResult:

@@ -165,30 +165,58 @@ def one_body(rng: np.random.Generator, size: int, dim: int) -> Case:
                  rng.uniform(0.2, 1.0, size), v)  # fmt: skip
 
 
-def packing(rng: np.random.Generator, size: int, dim: int, noise: float = 0.1) -> Case:
+def packing(rng: np.random.Generator, size: int, dim: int, noise: float = 0.1, disorder: float = 0.03) -> Case:
     """Discs or spheres in a disturbed close packing between a floor and two walls, all near neighbours touching."""
-    from scipy.spatial import cKDTree
-
     side = max(2, round((size / 3) ** 0.5 if dim == 2 else (size / 5) ** (1 / 3)))
     grid = np.stack(np.meshgrid(*[np.arange(side)] * dim, indexing="ij"), axis=-1).reshape(-1, dim).astype(float)
     layer = grid[:, -1:] % 2
     grid[:, :-1] += 0.5 * layer
     grid[:, -1] *= 3**0.5 / 2 if dim == 2 else 0.5**0.5
-    centres = grid + 0.03 * rng.normal(size=grid.shape)
-    pairs = cKDTree(centres).query_pairs(1.06, output_type="ndarray")
+    centres = grid + disorder * rng.normal(size=grid.shape)
+    sides = [(dim - 1, 1.0), (0, 1.0), (0, -1.0)]
+    near = [(axis, sign, (sign * centres[:, axis]).min() + 0.2) for axis, sign in sides]
+    n = len(centres)
+    return rigid(in_a_box(centres, 1.06, near), centres, rng.uniform(0.5, 2, n), np.full(n, 0.35),
+                 rng.uniform(0.2, 0.6), falling(rng, n, dim, noise))  # fmt: skip
+
+
+def in_a_box(centres: np.ndarray, reach: float, walls: list[tuple[int, float, float]]) -> Contacts:
+    """Spheres of diameter 1 that touch one another, centres within reach, and walls (axis, sign, end), sign x < end."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(centres).query_pairs(reach, output_type="ndarray")
     gaps = centres[pairs[:, 0]] - centres[pairs[:, 1]]
     parts = [(pairs, 0.5 * (centres[pairs[:, 0]] + centres[pairs[:, 1]]), gaps)]
-    for axis, sign in [(dim - 1, 1.0), (0, 1.0), (0, -1.0)]:
-        extreme = (sign * centres[:, axis]).min()
-        near = np.flatnonzero(sign * centres[:, axis] < extreme + 0.2)
-        normal = np.zeros((len(near), dim))
+    for axis, sign, end in walls:
+        near = np.flatnonzero(sign * centres[:, axis] < end)
+        normal = np.zeros((len(near), centres.shape[1]))
         normal[:, axis] = sign
         parts.append((np.column_stack([near, np.full(len(near), -1)]), centres[near] - 0.5 * normal, normal))
     bodies, points, normals = (np.concatenate(part) for part in zip(*parts, strict=True))
-    normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-    n = len(centres)
-    return rigid(Contacts(bodies, points, normals), centres, rng.uniform(0.5, 2, n), np.full(n, 0.35),
-                 rng.uniform(0.2, 0.6), falling(rng, n, dim, noise))  # fmt: skip
+    return Contacts(bodies, points, normals / np.linalg.norm(normals, axis=1)[:, None])
+
+
+def heap(rng: np.random.Generator, size: int, noise: float = 0.1) -> Case:
+    """Spheres of one size that were let fall into a box as soft ones without friction, until they hardly moved."""
+    from scipy.spatial import cKDTree
+
+    n = max(2, round(size / 2.5))
+    width = (n / 3) ** (1 / 3)
+    walls = [(2, 1.0, 0.5), *((axis, sign, end) for axis in (0, 1) for sign, end in ((1.0, 0.5), (-1.0, 0.5 - width)))]
+    x, v = width * rng.uniform(0, 1, (n, 3)) * [1, 1, 3], np.zeros((n, 3))
+    for _ in range(4000):
+        pairs = cKDTree(x).query_pairs(1.0, output_type="ndarray")
+        gaps = x[pairs[:, 0]] - x[pairs[:, 1]]
+        push = (1.0 / np.maximum(np.linalg.norm(gaps, axis=1), 1e-12) - 1.0)[:, None] * gaps
+        force = np.zeros((n, 3))
+        np.add.at(force, pairs[:, 0], push)
+        np.add.at(force, pairs[:, 1], -push)
+        force[:, 2] -= 2e-4
+        for axis, sign, end in walls:
+            force[:, axis] += sign * np.maximum(0.0, end - sign * x[:, axis])
+        v = 0.9 * v + 0.3 * force
+        x += 0.6 * v
+    return rigid(in_a_box(x, 1.0, walls), x, np.ones(n), np.full(n, 0.1**0.5), 0.5, falling(rng, n, 3, noise))
 
 
 def wall(rng: np.random.Generator, size: int, dim: int, noise: float = 0.3) -> Case:

@@ -3,14 +3,27 @@
 import numpy as np
 import pytest
 
-from benchmarks.problems import FAMILIES, frictional_lcp, frictionless_lcp, normals
+from benchmarks.problems import FAMILIES, frictional_lcp, frictionless_lcp, heap, normals
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("name", FAMILIES)
 def test_a_delassus_matrix_is_semidefinite_and_rest_is_within_reach(name, dim):
     """G = H M^-1 H^T >= 0, and c = H v = -G P for some P: some impulses bring every contact to rest."""
-    case = FAMILIES[name](np.random.default_rng(3), 12, dim)
+    require_consistent(FAMILIES[name](np.random.default_rng(3), 12, dim))
+
+
+def test_a_heap_has_settled_into_its_box():
+    """Each sphere is held: three contacts at least, but for one or two on top; without friction 3 n in all at most."""
+    case = heap(np.random.default_rng(3), 100)
+    require_consistent(case)
+    n = len(case.given.f) // 6
+    touched = np.abs(case.given.H.toarray()).reshape(n, 6, -1)[:, :3].any(axis=1).sum(axis=1) // 3
+    assert np.median(touched) >= 4 and 2 * n < len(case.mu) < 3.3 * n
+
+
+def require_consistent(case):
+    dim = case.dim
     G = case.G if isinstance(case.G, np.ndarray) else case.G.toarray()
     size = np.sqrt(np.diag(G))
     scaled = G / size[:, None] / size  # masses differ by 1e6
