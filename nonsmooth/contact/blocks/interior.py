@@ -31,9 +31,9 @@ import numpy as np
 from nonsmooth.contact.blocks.linear import Solve, factorise
 from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.second_order_cone import (
+    complementary_target,
     distance_to_boundary,
     jordan_product,
-    jordan_quotient,
     scale,
     scaling_point,
 )
@@ -242,12 +242,11 @@ def correct(w, y, dx, dy, tau, target):
     """Write r = -y + W^-1 q, q the vector with (W y) o q = tau e_N - (W^-1 dx) o (W dy)."""
     for i in range(w.shape[0]):
         w_N, w_1, w_2, eta = w[i, 0], w[i, 1], w[i, 2], w[i, 3]
-        l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[i, 0], y[i, 1], y[i, 2])
         a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[i, 0], dx[i, 1], dx[i, 2])
         b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[i, 0], dy[i, 1], dy[i, 2])
         p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
-        q_N, q_1, q_2 = jordan_quotient(l_N, l_1, l_2, tau - p_N, -p_1, -p_2)
-        q_N, q_1, q_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, q_N, q_1, q_2)
+        of_y = (y[i, 0], y[i, 1], y[i, 2])
+        q_N, q_1, q_2 = complementary_target((w_N, w_1, w_2, eta), of_y, tau - p_N, -p_1, -p_2)
         target[i, 0] = q_N - y[i, 0]
         target[i, 1] = q_1 - y[i, 1]
         target[i, 2] = q_2 - y[i, 2]

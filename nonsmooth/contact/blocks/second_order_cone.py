@@ -75,3 +75,13 @@ def distance_to_boundary(x_N, x_1, x_2, d_N, d_1, d_2):
         return math.inf
     denominator = math.sqrt(max(discriminant, 0.0)) - half
     return constant / denominator if denominator > 0.0 else math.inf
+
+
+@kernel
+def complementary_target(w, y, q_N, q_1, q_2):
+    """W^-1 z, z the vector with (W y) o z = q: where a step dx, dy with dy + W^-2 dx = W^-1 z - y leads x o y, w being
+    (w_N, w_1, w_2, eta)."""
+    w_N, w_1, w_2, eta = w
+    l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[0], y[1], y[2])
+    z_N, z_1, z_2 = jordan_quotient(l_N, l_1, l_2, q_N, q_1, q_2)
+    return scale(w_N, -w_1, -w_2, 1.0 / eta, z_N, z_1, z_2)

@@ -1,8 +1,10 @@
 """A network solved to an error in velocities, in rounds of sweeps and factors, whatever its size.
 
-    round k:  2^k SWEEPS_OF_ROUND_0 conjugate sweeps of each island  ->  factors (``al_newton``) from where they end
+    some sweeps, then in round k:
+        interior points from the k-th distance (``from_inside``), of three
+        2^k SWEEPS_OF_ROUND_0 conjugate sweeps of each island  ->  factors (``al_newton``) from where they end
 
-Each round begins with the best impulses so far. Sweeps find the modes of most contacts, factors the digits; where
+Each part begins with the best impulses so far. Sweeps find the modes of most contacts, factors the digits; where
 factors begin too far away they lead nowhere, and more sweeps come before the next ones. The error is that of
 ``solve_contact``, measured anew from the impulses after every part of a round.
 """
@@ -11,12 +13,14 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from nonsmooth.contact.blocks.natural_map import natural_map_entry
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton_planar, al_newton_spatial, begin_direct
+from nonsmooth.contact.network.from_inside import STARTS, from_inside
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.contact.network.walk import are_all_spheres, walk_spatial
@@ -29,6 +33,7 @@ LEAST_SWEEPS = 100  # chosen: of a round, however many contacts there are
 MOST_ROUNDS = 20  # chosen
 ROUND_FACTORS = 200  # measured: of an island in a round; a wall of 9500 contacts takes 170
 FACTORED_RESIDUAL = 1e-12  # chosen: what factors aim at: one more of them is cheap where the modes are found
+INSIDE_RESIDUAL = 1e-10  # chosen: what interior points aim at
 FIRST_FILL = 40  # measured: blocks of factors a body: 500 spheres take 33, 3400 discs 17
 MOST_FILL = {2: 400_000, 3: 40_000}  # measured: blocks of factors; one of as many takes some 0.2 s
 ROUND_GAIN = 0.9  # chosen: a round that leaves more of the error is one in vain
@@ -126,12 +131,33 @@ class Rounds:
         self.sweeps += int(islands.sweeps[: islands.count].sum())
 
     def factorise(self) -> None:
-        """The direct rung for each island, in more room if it is wanted and not too much."""
+        """The direct rung for each island."""
+        rung = al_newton_planar if self.d == 2 else al_newton_spatial
+
+        def solve(k: int) -> bool:
+            direct = self.solver.direct.address
+            return rung(self.network.address, direct, k, FACTORED_RESIDUAL, ROUND_FACTORS) != NO_ROOM
+
+        self._each_island(solve)
+
+    def go_inside(self, start: tuple[float, float]) -> None:
+        """Interior points, from a distance and with a shift, for each island that the best impulses do not solve."""
+        network = self.network
+        (judge_planar if self.d == 2 else judge_spatial)(network.address)
+
+        def solve(k: int) -> bool:
+            if network.islands.residual[k] <= INSIDE_RESIDUAL:
+                return True
+            return from_inside(network, self.solver.direct, k, INSIDE_RESIDUAL, FACTORED_RESIDUAL, (start,))
+
+        self._each_island(solve)
+
+    def _each_island(self, solve: Callable[[int], bool]) -> None:
+        """Let a method with factors solve each island, in more room if it is wanted and not too much."""
         network, before = self.network, self.solver.direct.desk.factors
         begin_direct(network.address, self.solver.direct.address)
-        rung = al_newton_planar if self.d == 2 else al_newton_spatial
         for k in range(network.islands.count):
-            while rung(network.address, self.solver.direct.address, k, FACTORED_RESIDUAL, ROUND_FACTORS) == NO_ROOM:
+            while not solve(k):
                 wanted = self.solver.direct.desk.graph.wanted
                 if wanted > MOST_FILL[self.d]:
                     self.may_factorise = False
@@ -161,8 +187,12 @@ def solve_in_rounds(network: Network, tol: float, until: float = math.inf) -> Ro
     """
     rounds, in_vain = Rounds(network), 0
     largest = max(LEAST_SWEEPS, WORK_OF_ROUND // max(network.n_c, 1))
+    if not rounds.is_over(tol, until):
+        rounds.sweep(LEAST_SWEEPS, tol)
     for count in range(MOST_ROUNDS):
         before = rounds.least
+        if count < len(STARTS) and rounds.may_factorise and not rounds.is_over(tol, until):
+            rounds.go_inside(STARTS[count])
         if not rounds.is_over(tol, until):
             rounds.sweep(min(SWEEPS_OF_ROUND_0 << count, largest), tol)
         if rounds.may_factorise and not rounds.is_over(tol, until):

@@ -28,9 +28,9 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.second_order_cone import (
+    complementary_target,
     distance_to_boundary,
     jordan_product,
-    jordan_quotient,
     scale,
     scaling_point,
 )
@@ -121,11 +121,10 @@ def find_targets(network, point, k):
         point.w[row, 3] = eta
         l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[row, 0], y[row, 1], y[row, 2])
         p_N, p_1, p_2 = jordan_product(l_N, l_1, l_2, l_N, l_1, l_2)
-        q_N, q_1, q_2 = jordan_quotient(l_N, l_1, l_2, t - p_N, -p_1, -p_2)
-        r_N, r_1, r_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, q_N, q_1, q_2)
+        of_w, of_y = (w_N, w_1, w_2, eta), (y[row, 0], y[row, 1], y[row, 2])
+        r_N, r_1, r_2 = complementary_target(of_w, of_y, t - p_N, -p_1, -p_2)
         store(point.r, row, r_N, r_1, r_2)
-        q_N, q_1, q_2 = jordan_quotient(l_N, l_1, l_2, t, 0.0, 0.0)
-        r_N, r_1, r_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, q_N, q_1, q_2)
+        r_N, r_1, r_2 = complementary_target(of_w, of_y, t, 0.0, 0.0)
         store(point.by_t, row, r_N, r_1, r_2)
 
 
@@ -164,17 +163,18 @@ def assemble(network, direct, point, k):
             D[0, column] = unit * image[0] / network.mu[c]
             D[1, column] = unit * image[1]
             D[2, column] = unit * image[2]
-        multiply(D, network.J_i, c, KJ, 0)
-        multiply(D, network.J_j, c, KJ, 3)
+        multiply(D, network.J_i, c, KJ, 0, 3, 6)
+        multiply(D, network.J_j, c, KJ, 3, 3, 6)
         add_contact(network, direct, KJ, c, 3, 6)
 
 
 @kernel
-def multiply(D, J, c, KJ, first):
+def multiply(D, J, c, KJ, first, d, n):
     """D J[c] to the rows of KJ from ``first`` on."""
-    for a in range(3):
-        for x in range(6):
-            KJ[first + a, x] = D[a, 0] * J[c, 0, x] + D[a, 1] * J[c, 1, x] + D[a, 2] * J[c, 2, x]
+    for a in range(d):
+        for x in range(n):
+            total = D[a, 0] * J[c, 0, x] + D[a, 1] * J[c, 1, x]
+            KJ[first + a, x] = total + D[a, 2] * J[c, 2, x] if d == 3 else total
 
 
 @kernel
@@ -197,7 +197,7 @@ def find_steps(network, direct, point, k, right, steps):
     begin, unit = islands.contact_start[k], 1.0 / point.v_unit
     for at in range(begin, islands.contact_start[k + 1]):
         c, row = islands.contacts[at], at - begin
-        g_N, g_1, g_2 = rate_of_contact(network, direct, dv, c)
+        g_N, g_1, g_2 = rate_of_contact(network, direct, dv, c, 3, 6)
         y_N = residual[row, 0] + unit * (point.C[row, 0] * g_N + point.C[row, 1] * g_1 + point.C[row, 2] * g_2)
         y_1, y_2 = residual[row, 1] + unit * g_1, residual[row, 2] + unit * g_2
         x_N, x_1, x_2 = squared(point.w, row, target[row, 0] - y_N, target[row, 1] - y_1, target[row, 2] - y_2)
@@ -206,17 +206,18 @@ def find_steps(network, direct, point, k, right, steps):
 
 
 @kernel
-def rate_of_contact(network, direct, dv, c):
-    """J dv of contact c."""
+def rate_of_contact(network, direct, dv, c, d, n):
+    """J dv of contact c as (N, T1, T2), with T2 = 0 in the plane."""
     g_N = g_1 = g_2 = 0.0
     for side in range(2):
         row = direct.factor.columns.place[network.i[c] if side == 0 else network.j[c]]
         if row >= 0:
             J = network.J_i if side == 0 else network.J_j
-            for x in range(6):
+            for x in range(n):
                 g_N += J[c, 0, x] * dv[row, x]
                 g_1 += J[c, 1, x] * dv[row, x]
-                g_2 += J[c, 2, x] * dv[row, x]
+                if d == 3:
+                    g_2 += J[c, 2, x] * dv[row, x]
     return g_N, g_1, g_2
 
 

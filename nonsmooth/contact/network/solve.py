@@ -32,7 +32,7 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import EPS
 
-BY_START, BY_SWEEPS, BY_FACTORS = range(3)
+BY_START, BY_SWEEPS, BY_FACTORS, BY_INTERIOR = range(4)  # code; the last one is of ``rescue``
 
 FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of which costs one and a half
 # measured: of steps of heaps of spheres, whose start is near; from no impulses factors find less than from conjugate
@@ -99,6 +99,8 @@ class Solver(Block):
     sight_wait: int  # how many these were the last time
     rest_waits: int  # problems for which large islands at rest are not brought to rounding
     rest_factors: int  # that were made for it since the last of these
+    inside_waits: int  # the how manyth island that comes to ``rescue`` is solved from inside again
+    inside_in_vain: int  # times in a row that this led nowhere
     contradicted: int  # steps since a large island at rest was not solved, whose small gaps cannot all close; 0: none
     conjugate: Conjugate
     rows: RoundRows  # of discs and spheres

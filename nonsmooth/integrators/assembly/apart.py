@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World, spin_between
@@ -101,7 +100,7 @@ def least_way(assembly: Assembly, back: np.ndarray) -> np.ndarray:
     """w of all bodies (n_b, n), with the way back to the start that it begins from."""
     assembly.network.v_free[:] = back
     assembly.solve_contacts()
-    rescue(assembly.network, assembly.tol)
+    assembly.rescue()
     return assembly.network.v
 
 

@@ -6,7 +6,7 @@ from math import sqrt
 
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import relative
-from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS, Solver
+from nonsmooth.contact.network.solve import BY_FACTORS, BY_INTERIOR, BY_START, BY_SWEEPS, Solver
 from nonsmooth.integrators.assembly.book import Ledger
 from nonsmooth.integrators.records import FRICTION_WORK, N_LEDGER, NORMAL_WORK
 from nonsmooth.jit import kernel
@@ -66,6 +66,7 @@ class Counts(Block):
     kept: int  # islands, of steps, that the impulses of the step before solved
     swept: int
     direct: int
+    inside: int
     sweeps: int
     factors: int
     spun: int  # steps in which a body that is not round turned far while it touched
@@ -124,6 +125,7 @@ def note_islands(network, asleep, progress):
         counts.kept += 1 if islands.rung[k] == BY_START else 0
         counts.swept += 1 if islands.rung[k] == BY_SWEEPS else 0
         counts.direct += 1 if islands.rung[k] == BY_FACTORS else 0
+        counts.inside += 1 if islands.rung[k] == BY_INTERIOR else 0
         counts.sweeps += islands.sweeps[k]
         counts.factors += islands.factors[k]
     progress.factors = counts.factors - before

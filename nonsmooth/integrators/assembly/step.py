@@ -246,7 +246,7 @@ class Assembly:
             elif end == MORE_BOOKS:
                 self._make_room_for_pairs(int(ROOM * int(progress.wanted)))
             elif end == NOT_MET:
-                rescue(self.network, self.tol)
+                self.rescue()
                 if progress.is_strict:
                     self.unsolved = unsolved_problem(self.network)
             elif end == TOGETHER:
@@ -256,6 +256,12 @@ class Assembly:
                 self._make_solver()
             else:
                 return end
+
+    def rescue(self) -> None:
+        """Try dearer solvers for the islands that are not met, with as much room for factors as they ask for."""
+        while wanted := rescue(self.network, self.solver, self.tol):
+            self.fill = int(ROOM * wanted)
+            self._make_solver()
 
     @functools.cached_property
     def dense_core(self) -> Planar:

@@ -11,6 +11,7 @@ from benchmarks.problems import FAMILIES
 from nonsmooth.contact.blocks.problem import check_problem
 from nonsmooth.contact.blocks.result import ContactStatus
 from nonsmooth.contact.network import kicks
+from nonsmooth.contact.network import rounds as rounds_of_sweeps
 from nonsmooth.contact.network.given import network_of
 from nonsmooth.contact.network.kicks import contact_errors, kick, kick_and_walk, worst_contacts
 from nonsmooth.contact.network.problem import judge_spatial
@@ -101,6 +102,7 @@ def test_masses_that_are_not_positive_make_no_network(entry):
 def test_what_rounds_and_kicks_leave_is_handed_on_to_the_solvers_of_dense_problems(monkeypatch):
     """A tower of masses over six decades is interior points' work, or that of kicks, which are left out here."""
     monkeypatch.setattr(kicks, "MOST_KICKS", 0)
+    monkeypatch.setattr(rounds_of_sweeps, "STARTS", ())
     case = given("tower", 200, 3)
     result = case.given.solve()
     assert result.success and result.solver != "network" and "network" in result.message
@@ -128,7 +130,9 @@ def packing(size, seed):
     return FAMILIES["packing"](np.random.default_rng([seed, size, 3]), size, 3)
 
 
-def test_kicks_and_walks_solve_packings_that_rounds_leave():
+def test_kicks_and_walks_solve_packings_that_rounds_leave(monkeypatch):
+    """Without the interior points of the rounds, which solve this one."""
+    monkeypatch.setattr(rounds_of_sweeps, "STARTS", ())
     case = packing(300, 0)
     network = network_of(*arguments(case.given))
     rounds = solve_in_rounds(network, 1e-8)

@@ -205,5 +205,5 @@ def test_rescue_takes_for_met_what_rounding_holds_above_the_tolerance():
     assert solve(network, tol=1e-13) == 0 and set(said(network, "is_met")) == {1}
     assert judge(network) > 1e-12
     network.islands.is_met[:] = 0
-    rescue(network, 1e-13)
+    assert rescue(network, solver_of(network), 1e-13) == 0
     assert set(said(network, "is_met")) == {1}

@@ -357,17 +357,18 @@ def heap_that_is_not_solved(monkeypatch, act):
 
 
 def test_run_that_is_cut_short_within_a_step_ends_at_the_end_of_a_step(monkeypatch):
-    def interrupt(network, tol):
+    def interrupt(network, solver, tol):
         if interrupt.left == 0:
             raise KeyboardInterrupt
         interrupt.left -= 1
+        return 0
 
     interrupt.left = 7
     scene, integrator = heap_that_is_not_solved(monkeypatch, interrupt)
     cut = ns.simulate(scene, (0, 1), integrator=integrator, every=100)
     assert cut.status == ns.Status.INTERRUPTED
     assert cut.t[-1] == pytest.approx(cut.stats.steps * DT) and 0 < cut.stats.steps < 100
-    monkeypatch.setattr("nonsmooth.integrators.assembly.step.rescue", lambda network, tol: None)
+    monkeypatch.setattr("nonsmooth.integrators.assembly.step.rescue", lambda network, solver, tol: 0)
     with pytest.warns(ns.ResidualWarning):
         whole = ns.simulate(scene, (0, cut.t[-1]), integrator=integrator)
     np.testing.assert_array_equal(cut.position[-1], whole.position[-1])
@@ -377,7 +378,7 @@ def test_run_that_is_cut_short_within_a_step_ends_at_the_end_of_a_step(monkeypat
 def test_the_problem_that_a_step_was_not_solved_to_is_written_and_solved_from_its_file(monkeypatch, tmp_path, name):
     """Its impulses have the residual that ended the run; another solver finds a solution of what the file has."""
     pytest.importorskip("h5py")
-    scene, _ = heap_that_is_not_solved(monkeypatch, lambda network, tol: None)
+    scene, _ = heap_that_is_not_solved(monkeypatch, lambda network, solver, tol: 0)
     monkeypatch.setattr("nonsmooth.integrators.assembly.step.MOST_FACTORS", 0)
     strict = ns.ContactSolver(tol=1e-6, sweeps=3, on_residual="raise")
     with pytest.raises(ns.StepFailure, match="was solved to a residual of") as failure:
