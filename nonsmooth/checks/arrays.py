@@ -103,11 +103,11 @@ def as_fraction(name: str, value: Any) -> float:
     return number
 
 
-def as_count(name: str, value: Any) -> int:
-    """A whole number of at least one, or `InvalidInput`."""
+def as_count(name: str, value: Any, least: int = 1) -> int:
+    """A whole number of at least ``least``, or `InvalidInput`."""
     is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not (is_whole and 1 <= value <= LARGEST_COUNT):
-        rule = f"at least 1{f' and at most {LARGEST_COUNT}' * bool(is_whole and value > 1)}"
+    if not (is_whole and least <= value <= LARGEST_COUNT):
+        rule = f"at least {least}{f' and at most {LARGEST_COUNT}' * bool(is_whole and value > least)}"
         raise InvalidInput(f"{name} must be a whole number of {rule}; got {shown(value)}")
     return int(value)
 

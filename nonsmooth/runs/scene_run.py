@@ -130,7 +130,7 @@ class SceneRun:
             self.what_is_deep = SOFT
         assembly = Assembly(
             world.bodies, world.shapes, world.surfaces, world.joints, options.tol, options.sweeps,
-            options.on_residual == "raise", options.may_sleep, self.integrator.theta,
+            options.interior, options.on_residual == "raise", options.may_sleep, self.integrator.theta,
             PAIRS in self.recorder.kinds,
         )  # fmt: skip
         if compliance is not None:

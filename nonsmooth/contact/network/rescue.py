@@ -27,8 +27,6 @@ DENSE_RESTING_CONTACTS = 100
 VERY_UNLIKE_MASSES = 1e3  # chosen: more than a loose heap has, in which sizes differ by less than ten
 ALIKE = 0.1  # chosen: part of a velocity by which others differ from it at rest, for what the step before has left
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
-# chosen: of an island that is solved from inside: 120 discs take 2 to 5 ms, 125 spheres 10 to 30
-INSIDE_BODIES = 200
 WORTH_IT, LONGEST_WAIT = 0.1, 32  # chosen: part of the residual above which it was in vain; islands then left out
 
 
@@ -49,7 +47,7 @@ def rescue(network: Network, solver: Solver, tol: float) -> int:
 
 def may_go_inside(network: Network, solver: Solver, k: int) -> bool:
     """Whether island k is small enough, and the last ones were not in vain."""
-    if solver.most_factors == 0 or np.diff(network.islands.body_start)[k] > INSIDE_BODIES:
+    if solver.most_factors == 0 or np.diff(network.islands.body_start)[k] > solver.most_inside:
         return False
     solver.inside_waits = max(0, solver.inside_waits - 1)
     return bool(solver.inside_waits == 0)

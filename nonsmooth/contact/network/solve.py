@@ -99,6 +99,7 @@ class Solver(Block):
     sight_wait: int  # how many these were the last time
     rest_waits: int  # problems for which large islands at rest are not brought to rounding
     rest_factors: int  # that were made for it since the last of these
+    most_inside: int  # bodies of an island that interior points solve (``rescue``)
     inside_waits: int  # the how manyth island that comes to ``rescue`` is solved from inside again
     inside_in_vain: int  # times in a row that this led nowhere
     contradicted: int  # steps since a large island at rest was not solved, whose small gaps cannot all close; 0: none

@@ -27,6 +27,7 @@ from nonsmooth.scenes.places import times
 LEFT_GAP = 1e-12  # chosen: of the smaller shape: a penetration that is left
 PART_TOL = 1e-10  # chosen: residual of each problem: what it leaves, the next one takes
 PART_SWEEPS = 2000  # chosen: of an island: a start is made once
+PART_INTERIOR = 2000  # chosen: bodies of an island that interior points solve, for the same reason
 SETTLED = 1e-9  # chosen: of the displacement so far: a smaller change of it ends the way to the nearest start
 TOWARDS_START, MOST = 60, 90  # chosen: iterations towards the nearest start, and in all
 BOTH = 2.0  # defined: bodies that approach, each by as much
@@ -43,7 +44,16 @@ def part_bodies(world: World) -> None:
         Where no way is found, with the pair that is deepest in one another.
     """
     assembly = Assembly(
-        world.bodies, world.shapes, world.surfaces, world.joints, PART_TOL, PART_SWEEPS, False, False, 1.0
+        world.bodies,
+        world.shapes,
+        world.surfaces,
+        world.joints,
+        PART_TOL,
+        PART_SWEEPS,
+        PART_INTERIOR,
+        False,
+        False,
+        1.0,
     )
     world.require_found(assembly.find_contacts())
     x = world.bodies.motion.x

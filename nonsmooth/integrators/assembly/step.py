@@ -170,6 +170,8 @@ class Assembly:
         Residual asked of the contact problems.
     sweeps : int
         The most of an island.
+    interior : int
+        The most bodies of an island that interior points solve.
     is_strict : bool
         Whether a step that misses the tolerance ends the run.
     may_sleep : bool
@@ -181,7 +183,7 @@ class Assembly:
     """
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int, interior: int,
         is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
     ) -> None:  # fmt: skip
         self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
@@ -191,7 +193,7 @@ class Assembly:
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
-        self.tol, self.sweeps = tol, sweeps
+        self.tol, self.sweeps, self.interior = tol, sweeps, interior
         bounded = (shapes.reach + shapes.radius)[np.isfinite(shapes.reach)]
         self.largest = float(bounded.max(initial=0.0))
         progress = self.progress
@@ -422,7 +424,7 @@ class Assembly:
         keep_rows(before, self.solver)
         self.solver.direct.desk.graph.end = self.fill
         self.solver.tol, self.solver.most_sweeps, self.solver.most_factors = self.tol, self.sweeps, MOST_FACTORS
-        self.solver.over_relaxation = OVER_RELAXATION
+        self.solver.over_relaxation, self.solver.most_inside = OVER_RELAXATION, self.interior
         self._write_places()
 
     def _write_places(self) -> None:

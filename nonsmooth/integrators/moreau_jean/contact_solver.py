@@ -20,6 +20,9 @@ class ContactSolver:
         The most sweeps of block Gauss-Seidel over an island that is too large for a direct method; of discs and spheres
         four times as many while `tol` is in sight, and eight times while a step would drive bodies into one another by
         more than 3e-4 of the smallest shape, in space 1e-3.
+    interior : int
+        The most bodies of an island that interior points solve where nothing else came to `tol`; 0 is none. They end
+        nearly all of these, in 2 to 5 ms of 120 discs and 10 to 30 ms of 125 spheres.
     on_residual : {"warn", "raise"}
         What happens where the residual of a step stays above ``tol``: one warning at the end, or a `StepFailure` there.
     may_sleep : bool
@@ -29,7 +32,7 @@ class ContactSolver:
     Raises
     ------
     InvalidInput
-        Unless 0 < tol < 1, sweeps >= 1 and on_residual is one of the two.
+        Unless 0 < tol < 1, sweeps >= 1, interior >= 0 and on_residual is one of the two.
 
     Examples
     --------
@@ -40,6 +43,7 @@ class ContactSolver:
 
     tol: float = 1e-8
     sweeps: int = 60
+    interior: int = 200
     on_residual: str = "warn"
     may_sleep: bool = True
 
@@ -47,5 +51,6 @@ class ContactSolver:
         as_flag("may_sleep", self.may_sleep)
         as_tolerance("tol", self.tol)
         as_count("sweeps", self.sweeps)
+        as_count("interior", self.interior, 0)
         if not isinstance(self.on_residual, str) or self.on_residual not in ("warn", "raise"):
             raise InvalidInput(f"on_residual must be 'warn' or 'raise'; got {shown(self.on_residual)}")

@@ -90,7 +90,7 @@ class MoreauJean(FixedStep):
         is_auto = isinstance(self.specialise, str) and self.specialise == "auto"
         if not is_auto and not isinstance(self.specialise, bool):
             raise InvalidInput(f'specialise must be True, False or "auto"; got {shown(self.specialise)}')
-        as_instance("contacts", self.contacts, ContactSolver, "a ContactSolver(tol=..., sweeps=...)")
+        as_instance("contacts", self.contacts, ContactSolver, "a ContactSolver(tol=..., sweeps=..., interior=...)")
         if self.compliance is not None:
             self._check_compliance(theta)
 

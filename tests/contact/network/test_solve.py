@@ -33,7 +33,7 @@ SCENES = {
 def solver_of(network, tol=1e-10, most_sweeps=50, most_factors=100, fill=3000):
     sizes = {"d": network.b.shape[1], "n": network.v.shape[1], "m": len(network.i), "n_b": len(network.v)}
     solver = new(Solver, fill=fill, **sizes)
-    solver.tol, solver.most_sweeps, solver.most_factors = tol, most_sweeps, most_factors
+    solver.tol, solver.most_sweeps, solver.most_factors, solver.most_inside = tol, most_sweeps, most_factors, 200
     return solver
 
 

@@ -232,4 +232,4 @@ def test_a_step_whose_rebound_goes_to_other_solvers_is_whole_when_it_is_recorded
         assembly.take_steps(2e-3, 1)
         np.testing.assert_array_equal(assembly.bodies.v_0[:, :3], before[:, :3])
         assert assembly.progress.stage == PREDICT
-    assert assembly.progress.counts.missed > 10 and assembly.progress.counts.impacts > 50
+    assert assembly.progress.counts.inside > 10 and assembly.progress.counts.impacts > 50
