@@ -235,7 +235,8 @@ CALLS = {
     "HalfPlane": (ns.HalfPlane, {"normal": (0, 1), "offset": 0.0}),
     "HalfSpace": (ns.HalfSpace, {"normal": (0, 0, 1), "offset": 0.0}),
     "Compound": (lambda part: ns.Compound(part), {"part": (ns.Disc(0.1), (0, 0))}),
-    "ContactSolver": (ns.ContactSolver, {"tol": 1e-8, "sweeps": 60, "interior": 200, "on_residual": "warn", "may_sleep": True}),
+    "ContactSolver": (ns.ContactSolver, {"tol": 1e-8, "sweeps": 60, "interior": 200, "on_residual": "warn",
+                                         "may_sleep": True}),  # fmt: skip
     "SceneSolution": (ns.SceneSolution.load, {"path": "scene.npz", "scene": None}),
     "lagrangian": (declared, {"name": "block"}),
     "lagrangian_of": (handed_in, {"method": SPRING, "parameters": {}, "name": "block"}),

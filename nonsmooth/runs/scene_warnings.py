@@ -86,6 +86,6 @@ def missed_residual(stats: SceneStats) -> str:
     """What is to be said of a run whose contact problems were not all solved to the tolerance."""
     return (
         f"in {stats.missed} of {stats.steps} steps the contact problem was solved to less than tol = {stats.tol:g}, at "
-        f"worst to {stats.worst_residual:.2g}; interior points for larger islands, more sweeps, or a larger tol end this: "
-        "MoreauJean(dt, contacts=ns.ContactSolver(tol=..., sweeps=..., interior=...))"
+        f"worst to {stats.worst_residual:.2g}; interior points for larger islands, more sweeps, or a larger tol, end "
+        "this: MoreauJean(dt, contacts=ns.ContactSolver(interior=..., sweeps=..., tol=...))"
     )

@@ -44,17 +44,9 @@ def part_bodies(world: World) -> None:
         Where no way is found, with the pair that is deepest in one another.
     """
     assembly = Assembly(
-        world.bodies,
-        world.shapes,
-        world.surfaces,
-        world.joints,
-        PART_TOL,
-        PART_SWEEPS,
-        PART_INTERIOR,
-        False,
-        False,
-        1.0,
-    )
+        world.bodies, world.shapes, world.surfaces, world.joints, PART_TOL, PART_SWEEPS, PART_INTERIOR,
+        is_strict=False, may_sleep=False, theta=1.0,
+    )  # fmt: skip
     world.require_found(assembly.find_contacts())
     x = world.bodies.motion.x
     start, is_nearest = x.copy(), False

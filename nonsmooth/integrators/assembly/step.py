@@ -183,8 +183,8 @@ class Assembly:
     """
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int, interior: int,
-        is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
+        interior: int, is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
     ) -> None:  # fmt: skip
         self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
