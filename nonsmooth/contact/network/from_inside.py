@@ -38,9 +38,9 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
     best, least = network.P[contacts].copy(), float(islands.residual[k])
     point = new(Inside, m=len(contacts), n_b=n_b, n=n)
     inside, digits = (go_inside_planar, al_newton_planar) if n == 3 else (go_inside_spatial, al_newton_spatial)
-    for start, point.shift in starts:
+    for point.start, point.shift in starts:
         network.P[contacts] = best
-        if not inside(network.address, direct.address, point.address, k, tol, start, INSIDE_STEPS):
+        if not inside(network.address, direct.address, point.address, k, tol, INSIDE_STEPS):
             return False
         digits(network.address, direct.address, k, digits_tol, DIGITS_FACTORS)
         if islands.residual[k] < least:

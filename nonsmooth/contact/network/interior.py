@@ -35,9 +35,9 @@ from nonsmooth.contact.network.al_newton import copy_impulses, is_laid_out, judg
 from nonsmooth.contact.network.block_factor import back_substitute, factorise
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.lagrangian import Direct, add_contact, clear_blocks, pull
-from nonsmooth.contact.network.problem import Network, impulse, laws_velocity, write
+from nonsmooth.contact.network.problem import Network, contact_velocity, impulse, laws_velocity, write
 from nonsmooth.contact.network.smoothed import multiply, rate_of_contact, store, twice
-from nonsmooth.jit import kernel, late_kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 
 JOINED_KAPPA = 1e6  # chosen: of a joint: a step leaves a millionth of its velocity, and half of the digits
@@ -46,6 +46,7 @@ JOINED_KAPPA = 1e6  # chosen: of a joint: a step leaves a millionth of its veloc
 class Inside(Block):
     """The point of an island, by its contacts in their order, and a step from it."""
 
+    start: float  # distance from the boundary of the cones that the steps begin at
     shift: float  # of W^-2, in a step
     theta: float  # share of the derivative of |y_T|
     P_unit: Array[Floats, "m"]  # [N s]
@@ -61,15 +62,15 @@ class Inside(Block):
 
 
 @kernel
-def enter(network, point, k, start, d, n):
-    """x and y inside the cones by ``start``, next to the impulses and their velocities; the impulses follow x."""
+def enter(network, point, k, d, n):
+    """x and y inside the cones by point.start, next to the impulses and their velocities; the impulses follow x."""
     islands, size = network.islands, 0.0
     begin, end = islands.contact_start[k], islands.contact_start[k + 1]
     for at in range(begin, end):
         c = islands.contacts[at]
-        gamma_N, gamma_1, gamma_2 = free_velocity(network, c, d, n)
+        gamma_N, gamma_1, gamma_2 = contact_velocity(network, network.v_free, c, d, n)
         size = max(size, math.sqrt(network.rho[c]) * max(abs(gamma_N), max(abs(gamma_1), abs(gamma_2))))
-    point.theta, size = 1.0, size if size > 0.0 else 1.0
+    start, point.theta, size = point.start, 1.0, size if size > 0.0 else 1.0
     for at in range(begin, end):
         c, row = islands.contacts[at], at - begin
         root = math.sqrt(network.rho[c])
@@ -87,23 +88,6 @@ def enter(network, point, k, start, d, n):
             y_1, y_2 = gamma_1 / point.v_unit[row], gamma_2 / point.v_unit[row]
         store(point.x, row, max(x_N, math.sqrt(x_1 * x_1 + x_2 * x_2)) + start, x_1, x_2)
         store(point.y, row, max(y_N, 0.0) + math.sqrt(y_1 * y_1 + y_2 * y_2) + start, y_1, y_2)
-
-
-@kernel
-def free_velocity(network, c, d, n):
-    """gamma of contact c without impulses."""
-    gamma_N, gamma_1, gamma_2 = network.b[c, 0], network.b[c, 1], 0.0
-    if d == 3:
-        gamma_2 = network.b[c, 2]
-    for side in range(2):
-        J = network.J_i if side == 0 else network.J_j
-        body = network.i[c] if side == 0 else network.j[c]
-        for x in range(n):
-            gamma_N += J[c, 0, x] * network.v_free[body, x]
-            gamma_1 += J[c, 1, x] * network.v_free[body, x]
-            if d == 3:
-                gamma_2 += J[c, 2, x] * network.v_free[body, x]
-    return gamma_N, gamma_1, gamma_2
 
 
 @kernel
@@ -352,16 +336,19 @@ def advance(network, direct, point, k, d, n):
 
 
 @kernel
-def go_inside(network, direct, point, k, tol, start, most, d, n):
-    """Improve the impulses of island k, from a distance ``start`` of the boundary of the cones in ``most`` steps at
-    most; False where there is no room for its factors. The best impulses are left, their residual in the islands."""
+def go_inside(network, direct, point, k, tol, most, d, n):
+    """Take at most ``most`` steps from the impulses of island k; False where there is no room for its factors.
+
+    The best impulses of the steps are left, their residual in the islands.
+    """
     islands = network.islands
     if not is_laid_out(network, direct, direct.desk, k):
         return False
     least, waited = math.inf, 0
     direct.kappa[k] = 0.0  # the factors at hand are not those of ``al_newton``
     judge_island(network, k, d, n)
-    enter(network, point, k, start, d, n)
+    copy_impulses(islands, k, network.P, direct.best, d)
+    enter(network, point, k, d, n)
     for _ in range(most):
         leave(network, point, k, d)
         error = judge_island(network, k, d, n)
@@ -376,15 +363,15 @@ def go_inside(network, direct, point, k, tol, start, most, d, n):
     return True
 
 
-@late_kernel("boolean(int64, int64, int64, int64, float64, float64, int64)")
-def go_inside_planar(network_at, direct_at, point_at, k, tol, start, most):
+@kernel("boolean(int64, int64, int64, int64, float64, int64)")
+def go_inside_planar(network_at, direct_at, point_at, k, tol, most):
     """``go_inside`` in the plane."""
     network, direct, point = view(network_at, Network), view(direct_at, Direct), view(point_at, Inside)
-    return go_inside(network, direct, point, k, tol, start, most, 2, 3)
+    return go_inside(network, direct, point, k, tol, most, 2, 3)
 
 
-@late_kernel("boolean(int64, int64, int64, int64, float64, float64, int64)")
-def go_inside_spatial(network_at, direct_at, point_at, k, tol, start, most):
+@kernel("boolean(int64, int64, int64, int64, float64, int64)")
+def go_inside_spatial(network_at, direct_at, point_at, k, tol, most):
     """``go_inside`` in space."""
     network, direct, point = view(network_at, Network), view(direct_at, Direct), view(point_at, Inside)
-    return go_inside(network, direct, point, k, tol, start, most, 3, 6)
+    return go_inside(network, direct, point, k, tol, most, 3, 6)

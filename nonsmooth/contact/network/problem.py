@@ -104,8 +104,14 @@ def image(J, M_inv, c, body, Y, d, n):
 
 @kernel
 def relative_velocity(network, c, d, n):
-    """gamma_c = J_i v_i + J_j v_j + b_c as (N, T1, T2), with T2 = 0 in the plane."""
-    i, j, v, J_i, J_j = network.i[c], network.j[c], network.v, network.J_i, network.J_j
+    """gamma_c of the velocities at hand as (N, T1, T2), with T2 = 0 in the plane."""
+    return contact_velocity(network, network.v, c, d, n)
+
+
+@kernel
+def contact_velocity(network, v, c, d, n):
+    """gamma_c = J_i v_i + J_j v_j + b_c of the velocities v of the bodies."""
+    i, j, J_i, J_j = network.i[c], network.j[c], network.J_i, network.J_j
     gamma_N, gamma_1, gamma_2 = network.b[c, 0], network.b[c, 1], 0.0
     for x in range(n):
         gamma_N += J_i[c, 0, x] * v[i, x] + J_j[c, 0, x] * v[j, x]

@@ -27,7 +27,7 @@ DENSE_RESTING_CONTACTS = 100
 VERY_UNLIKE_MASSES = 1e3  # chosen: more than a loose heap has, in which sizes differ by less than ten
 ALIKE = 0.1  # chosen: part of a velocity by which others differ from it at rest, for what the step before has left
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
-WORTH_IT, LONGEST_WAIT = 0.1, 32  # chosen: part of the residual above which it was in vain; islands then left out
+WORTH_IT, MOST_LEFT_OUT = 0.1, 32  # chosen: part of the residual above which it was in vain; islands then left out
 
 
 def rescue(network: Network, solver: Solver, tol: float) -> int:
@@ -64,7 +64,7 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     islands.factors[k] += int(direct.desk.factors) - made
     is_worth_it = islands.is_met[k] or islands.residual[k] <= WORTH_IT * before
     solver.inside_in_vain = 0 if is_worth_it else solver.inside_in_vain + 1
-    solver.inside_waits = min(2 ** int(solver.inside_in_vain) // 2, LONGEST_WAIT)
+    solver.inside_waits = min(2 ** int(solver.inside_in_vain) // 2, MOST_LEFT_OUT)
     return True
 
 

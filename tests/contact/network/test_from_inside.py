@@ -50,15 +50,15 @@ SCENES = {
 }
 
 
-def go_inside(network, solver, point, most, start=0.3, tol=0.0):
+def go_inside(network, solver, point, most):
     kernel = go_inside_planar if network.b.shape[1] == 2 else go_inside_spatial
     begin_direct(network.address, solver.direct.address)
-    return kernel(network.address, solver.direct.address, point.address, 0, tol, start, most)
+    return kernel(network.address, solver.direct.address, point.address, 0, 0.0, most)
 
 
 def point_of(network, shift=0.0):
     point = new(Inside, m=len(network.i))
-    point.shift = shift
+    point.start, point.shift = 0.3, shift
     return point
 
 
@@ -152,7 +152,7 @@ def test_interpreted_steps_have_the_same_bits(name):
         if is_compiled:
             assert go_inside(each, solver, point, most)
         else:
-            assert interpreted(interior.go_inside)(each, solver.direct, point, 0, 0.0, 0.3, most, d, n)
+            assert interpreted(interior.go_inside)(each, solver.direct, point, 0, 0.0, most, d, n)
         ends.append(np.concatenate([each.words, point.words, solver.words]).view(np.int64))
     np.testing.assert_array_equal(*ends)
 
@@ -196,12 +196,18 @@ def test_every_distance_is_tried_and_the_best_impulses_are_left(monkeypatch):
     assert from_inside(network, solver.direct, 0, 1e-9, 1e-11)
     solved, least = network.P.copy(), judge(network)
 
-    def spoil(network_at, direct_at, point_at, k, tol, start, most):
-        tried.append(start)
+    def spoil(network_at, direct_at, point_at, k, tol, most):
+        tried.append(points[-1].start)
         network.P[:] = 0.0
         network.islands.residual[0] = 1.0
         return True
 
+    def remembered(*arguments, **sizes):
+        points.append(new(*arguments, **sizes))
+        return points[-1]
+
+    points = []
+    monkeypatch.setattr(driver, "new", remembered)
     monkeypatch.setattr(driver, "go_inside_planar", spoil)
     monkeypatch.setattr(driver, "al_newton_planar", lambda *_: None)
     assert from_inside(network, solver.direct, 0, 0.0, 0.0)
