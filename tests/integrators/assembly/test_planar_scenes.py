@@ -374,6 +374,18 @@ def test_run_that_is_cut_short_within_a_step_ends_at_the_end_of_a_step(monkeypat
     np.testing.assert_array_equal(cut.position[-1], whole.position[-1])
 
 
+def test_dearer_solvers_get_the_room_that_they_ask_for(monkeypatch):
+    def act(network, solver, tol):
+        rooms.append(len(solver.direct.factor.columns.row))
+        return much if len(rooms) == 1 else 0
+
+    rooms, much = [], 7000
+    scene, integrator = heap_that_is_not_solved(monkeypatch, act)
+    with pytest.warns(ns.ResidualWarning):
+        ns.simulate(scene, (0, 100 * DT), integrator=integrator)
+    assert rooms[0] < much <= rooms[1]
+
+
 @pytest.mark.parametrize("name", ["step.npz", "step.hdf5"])
 def test_the_problem_that_a_step_was_not_solved_to_is_written_and_solved_from_its_file(monkeypatch, tmp_path, name):
     """Its impulses have the residual that ended the run; another solver finds a solution of what the file has."""
