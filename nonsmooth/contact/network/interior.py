@@ -130,7 +130,7 @@ def find_residual(network, point, k, d, n):
         store(point.target, row, -y[row, 0], -y[row, 1], -y[row, 2])
         gap += x[row, 0] * y[row, 0] + x[row, 1] * y[row, 1] + x[row, 2] * y[row, 2]
         count += 1
-    return gap / count
+    return gap / count if count > 0 else math.nan
 
 
 @kernel

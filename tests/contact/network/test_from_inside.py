@@ -157,6 +157,17 @@ def test_interpreted_steps_have_the_same_bits(name):
     np.testing.assert_array_equal(*ends)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_joints_alone_have_no_inside_and_keep_their_impulses(dim):
+    network = hanging_bridge(dim, is_free=True)
+    solver = solver_of(network)
+    assert (
+        interpreted(interior.go_inside)(network, solver.direct, point_of(network), 0, 0.0, 5, *network.J_i.shape[1:])
+        and not network.P.any()
+    )
+    assert go_inside(network, solver, point_of(network), 5) and not network.P.any()
+
+
 def test_without_room_for_the_factors_nothing_is_changed_and_more_is_asked_for():
     network = heap(60, 3)
     judge(network)
