@@ -39,12 +39,8 @@ from nonsmooth.signals.interruption import interrupts_held_back
 SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
 TIMES_AT_ONCE = 512  # chosen: record times that are held
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
-METHODS = {
-    "kept": "kept",
-    "sweeps": "swept",
-    "augmented Lagrangian": "direct",
-    "interior points": "inside",
-}  # name: field
+# name: field of the counts
+METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct", "interior points": "inside"}
 FAILURES: dict[Status, type[StepFailure]] = {
     Status.BUDGET_SPENT: BudgetSpent,
     Status.NOT_FINITE: ModelFunctionError,

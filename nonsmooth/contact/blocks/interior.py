@@ -31,10 +31,8 @@ import numpy as np
 from nonsmooth.contact.blocks.linear import Solve, factorise
 from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.second_order_cone import (
-    complementary_target,
+    corrector_target,
     distance_to_boundary,
-    jordan_product,
-    scale,
     scaling_point,
 )
 from nonsmooth.jit import kernel
@@ -241,15 +239,9 @@ def direction(mu, dim, w, target, dP, dx, dy):
 def correct(w, y, dx, dy, tau, target):
     """Write r = -y + W^-1 q, q the vector with (W y) o q = tau e_N - (W^-1 dx) o (W dy)."""
     for i in range(w.shape[0]):
-        w_N, w_1, w_2, eta = w[i, 0], w[i, 1], w[i, 2], w[i, 3]
-        a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[i, 0], dx[i, 1], dx[i, 2])
-        b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[i, 0], dy[i, 1], dy[i, 2])
-        p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
-        of_y = (y[i, 0], y[i, 1], y[i, 2])
-        q_N, q_1, q_2 = complementary_target((w_N, w_1, w_2, eta), of_y, tau - p_N, -p_1, -p_2)
-        target[i, 0] = q_N - y[i, 0]
-        target[i, 1] = q_1 - y[i, 1]
-        target[i, 2] = q_2 - y[i, 2]
+        of_w, of_y = (w[i, 0], w[i, 1], w[i, 2], w[i, 3]), (y[i, 0], y[i, 1], y[i, 2])
+        of_dx, of_dy = (dx[i, 0], dx[i, 1], dx[i, 2]), (dy[i, 0], dy[i, 1], dy[i, 2])
+        target[i, 0], target[i, 1], target[i, 2] = corrector_target(of_w, of_y, of_dx, of_dy, tau)
 
 
 @kernel(

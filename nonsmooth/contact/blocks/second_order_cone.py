@@ -85,3 +85,14 @@ def complementary_target(w, y, q_N, q_1, q_2):
     l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[0], y[1], y[2])
     z_N, z_1, z_2 = jordan_quotient(l_N, l_1, l_2, q_N, q_1, q_2)
     return scale(w_N, -w_1, -w_2, 1.0 / eta, z_N, z_1, z_2)
+
+
+@kernel
+def corrector_target(w, y, dx, dy, tau):
+    """The r of a corrector after the predictor dx, dy: -y + W^-1 z, (W y) o z = tau e - (W^-1 dx) o (W dy)."""
+    w_N, w_1, w_2, eta = w
+    a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[0], dx[1], dx[2])
+    b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[0], dy[1], dy[2])
+    p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
+    q_N, q_1, q_2 = complementary_target(w, y, tau - p_N, -p_1, -p_2)
+    return q_N - y[0], q_1 - y[1], q_2 - y[2]

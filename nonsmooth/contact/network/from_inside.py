@@ -16,7 +16,7 @@ from nonsmooth.contact.blocks.ladder import FAR, INSIDE, NEAR
 from nonsmooth.contact.network.al_newton import al_newton_planar, al_newton_spatial
 from nonsmooth.contact.network.interior import Inside, go_inside_planar, go_inside_spatial
 from nonsmooth.contact.network.lagrangian import Direct
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
+from nonsmooth.contact.network.problem import Network
 from nonsmooth.jit.blocks import new
 
 # measured: distances, each with its shift of W^-2: of 204 islands of 100 to 300 discs that scenes left 177 are solved,
@@ -31,12 +31,13 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
                 starts: Sequence[tuple[float, float]] = STARTS) -> bool:  # fmt: skip
     """Solve island k, whose residual is known, to a residual of tol, better by digits to ``digits_tol``.
 
-    False where there is no room for the factors, as many blocks as ``direct.desk.graph.wanted``; nothing is changed.
+    Impulses alone are left: velocities and residual are to be judged anew. False where there is no room for the
+    factors, as many blocks as ``direct.desk.graph.wanted``; nothing is changed.
     """
-    islands, (n_b, n) = network.islands, network.v.shape
+    islands, n = network.islands, network.v.shape[1]
     contacts = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
     best, least = network.P[contacts].copy(), float(islands.residual[k])
-    point = new(Inside, m=len(contacts), n_b=n_b, n=n)
+    point = new(Inside, m=len(contacts))
     inside, digits = (go_inside_planar, al_newton_planar) if n == 3 else (go_inside_spatial, al_newton_spatial)
     for point.start, point.shift in starts:
         network.P[contacts] = best
@@ -48,5 +49,4 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
         if least <= tol:
             break
     network.P[contacts] = best
-    (judge_planar if n == 3 else judge_spatial)(network.address)
     return True

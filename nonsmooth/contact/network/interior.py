@@ -24,13 +24,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.interior import CONE_STEP_PART, INTERIOR_PATIENCE, SHORT_STEP, THETA_RISE
-from nonsmooth.contact.blocks.second_order_cone import (
-    complementary_target,
-    distance_to_boundary,
-    jordan_product,
-    scale,
-    scaling_point,
-)
+from nonsmooth.contact.blocks.second_order_cone import corrector_target, distance_to_boundary, scaling_point
 from nonsmooth.contact.network.al_newton import copy_impulses, is_laid_out, judge_island
 from nonsmooth.contact.network.block_factor import back_substitute, factorise
 from nonsmooth.contact.network.joint import is_joint
@@ -298,13 +292,10 @@ def correct(network, point, k, tau):
     for at in range(begin, islands.contact_start[k + 1]):
         if not is_joint(network, islands.contacts[at]):
             a = at - begin
-            w_N, w_1, w_2, eta = w[a, 0], w[a, 1], w[a, 2], w[a, 3]
-            a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[a, 0], dx[a, 1], dx[a, 2])
-            b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[a, 0], dy[a, 1], dy[a, 2])
-            p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
-            of_y = (y[a, 0], y[a, 1], y[a, 2])
-            q_N, q_1, q_2 = complementary_target((w_N, w_1, w_2, eta), of_y, tau - p_N, -p_1, -p_2)
-            store(point.target, a, q_N - y[a, 0], q_1 - y[a, 1], q_2 - y[a, 2])
+            of_w, of_y = (w[a, 0], w[a, 1], w[a, 2], w[a, 3]), (y[a, 0], y[a, 1], y[a, 2])
+            of_dx, of_dy = (dx[a, 0], dx[a, 1], dx[a, 2]), (dy[a, 0], dy[a, 1], dy[a, 2])
+            r_N, r_1, r_2 = corrector_target(of_w, of_y, of_dx, of_dy, tau)
+            store(point.target, a, r_N, r_1, r_2)
 
 
 @kernel
