@@ -23,12 +23,16 @@ from nonsmooth.jit.turns import Turns, in_turn
 from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
+# Neither the working folder nor the folder that this package lies in is searched: their files are nobody's modules.
 # Numba looks for LAPACK in SciPy, 0.15 s, which no kernel uses; at the end there is nothing to tidy up.
 COMPILE = """
-import os, sys
+import importlib.util, os, sys
 sys.modules["scipy.linalg"] = None
+package, pipes, *names = sys.argv[1:]
+spec = importlib.util.spec_from_file_location("nonsmooth", package)
+sys.modules["nonsmooth"] = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(sys.modules["nonsmooth"])
 from nonsmooth.jit.loading import compile_named
-pipes, *names = sys.argv[1:]
 compile_named(tuple(map(int, pipes.split())), names)
 os._exit(0)
 """
@@ -132,12 +136,11 @@ def start_process(
     pipes: tuple[int, ...], kernels: list[Kernel], keeps: tuple[int, ...] = ()
 ) -> subprocess.Popen | None:
     """A process that compiles to disk what is its turn, or None where none can be started; it keeps some files open."""
-    paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH", ""))))
+    package = str(ROOT / "nonsmooth" / "__init__.py")
     names = [f"{kernel.function.__module__}:{kernel.function.__name__}" for kernel in kernels]
     try:
         return subprocess.Popen(
-            [sys.executable, "-c", COMPILE, " ".join(map(str, pipes)), *names],
-            env={**os.environ, "PYTHONPATH": paths},
+            [sys.executable, "-P", "-c", COMPILE, package, " ".join(map(str, pipes)), *names],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

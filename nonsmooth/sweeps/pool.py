@@ -6,13 +6,15 @@ A thread for each worker hands it one call after another. When the process dies,
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import multiprocessing
+import os
 import pickle
 import queue
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from typing import Any
 
@@ -22,6 +24,7 @@ from nonsmooth.errors import InvalidInput, NonsmoothError
 MOST_WORKERS = 1024  # chosen: more processes than this are a slip of the pen
 WORKER_START_TIME = 60.0  # chosen: s for a fresh interpreter to answer
 READY, BEGUN = b"ready", b"begun"
+SAFE_PATH = "PYTHONSAFEPATH"  # defined: by Python, whose option -P it is
 
 
 class WorkerDied(NonsmoothError, RuntimeError):
@@ -155,11 +158,12 @@ class _Worker:
     def _spawn(self) -> None:
         context = multiprocessing.get_context("spawn")
         pipe, theirs = context.Pipe()
-        process = context.Process(target=_work, args=(theirs,), daemon=True)
         with self._starting:  # a process half started can be neither killed nor left behind
             if self._is_ended:
                 raise WorkerDied("the pool was closed before the worker process started")
-            process.start()
+            with _safe_path() as before:
+                process = context.Process(target=_work, args=(theirs, before), daemon=True)
+                process.start()
             self.process, self.pipe = process, pipe
         theirs.close()
 
@@ -183,12 +187,36 @@ class _Worker:
             self.process.join()
 
 
+@contextlib.contextmanager
+def _safe_path() -> Iterator[str | None]:
+    """Processes that are started here do not search the working folder: what they import before they have the path of
+    this one would be taken from there. What the option was before is handed on."""
+    with _path_lock:
+        before = os.environ.get(SAFE_PATH)
+        os.environ[SAFE_PATH] = "1"
+        try:
+            yield before
+        finally:
+            _set_safe_path(before)
+
+
+_path_lock = threading.Lock()
+
+
+def _set_safe_path(value: str | None) -> None:
+    """Set the option, or remove it."""
+    os.environ.pop(SAFE_PATH, None)
+    if value is not None:
+        os.environ[SAFE_PATH] = value
+
+
 def _how(exit_code: int) -> str:
     return f"by the signal {signal.Signals(-exit_code).name}" if exit_code < 0 else f"with the exit code {exit_code}"
 
 
-def _work(pipe: Any) -> None:
+def _work(pipe: Any, safe_path: str | None) -> None:
     """The life of a worker process: calls in, results out, until the pipe ends."""
+    _set_safe_path(safe_path)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     pipe.send_bytes(READY)
     while True:
