@@ -102,16 +102,15 @@ def is_doubtful(network, touching, doubts, d, n):
 
 @kernel
 def list_touching(found, network, k, near, doubts, d):
-    """List the contacts of island k that touch: that are closed, were pressed in the step before or would close in this
-    one. Returns how many, or 0 where the island is not looked at, or friction cannot matter."""
+    """List the contacts of island k that touch. Returns how many, or 0 where the island is not looked at, or friction
+    cannot matter."""
     n = 3 * (d - 1)
     islands, count, is_rough, may_matter = network.islands, 0, False, False
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
         if is_joint(network, c) or network.soft[c] > 0.0:
             return 0
-        is_open = network.b[c, 0] > 0.0 and found.gap[c] > near and network.P[c, 0] == 0.0
-        if is_open and free_approach(network, c, n) >= 0.0:
+        if not touches(found, network, c, near, n):
             continue
         if count == doubts.contact.shape[0]:
             return 0
@@ -123,6 +122,18 @@ def list_touching(found, network, k, near, doubts, d):
         is_rough = is_rough or network.mu[c] > 0.0
         may_matter = may_matter or friction >= network.W[c, 0, 0]
     return count if may_matter or (count > 1 and is_rough) else 0
+
+
+@kernel
+def touches(found, network, c, near, n):
+    """Whether contact c is closed, was pressed in the step before or would close in this one."""
+    return is_closed(found, network, c, near) or network.P[c, 0] > 0.0 or free_approach(network, c, n) < 0.0
+
+
+@kernel
+def is_closed(found, network, c, near):
+    """Whether contact c has no gap."""
+    return network.b[c, 0] <= 0.0 or found.gap[c] <= near
 
 
 @kernel

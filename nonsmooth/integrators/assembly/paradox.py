@@ -20,6 +20,7 @@ Source: Lötstedt, *ZAMM* 61 (1981) 605; Génot, Brogliato, *Eur. J. Mech. A/Sol
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -27,10 +28,12 @@ import numpy as np
 from nonsmooth.contact.network.rescue import dense_problem
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.ladder import Route, solve_planar
+from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.selection import FREE, SLIDE_PLUS, STICK, Selection, rank
 from nonsmooth.contact.planar.single import count, solve_alone
+from nonsmooth.integrators.assembly import doubtful
 from nonsmooth.integrators.assembly.accelerations import SceneInStep, StateProblem
 from nonsmooth.integrators.moreau_jean.slide_end import has_no_sliding_force
 from nonsmooth.integrators.records import INCONSISTENT, INDETERMINATE
@@ -45,6 +48,7 @@ ON_THE_CONE = 1.0 - 1e-8  # chosen: part of the friction limit from which an imp
 
 count_modes, solve_one, rank_of_mode = interpreted(count), interpreted(solve_alone), interpreted(rank)
 no_force = interpreted(has_no_sliding_force)
+is_closed, touches = interpreted(doubtful.is_closed), interpreted(doubtful.touches)
 
 
 class Before(NamedTuple):
@@ -73,7 +77,7 @@ def examine(assembly: SceneInStep) -> list[Verdict]:
     islands, gap, verdicts = network.islands, assembly.found.gap, []
     for k in doubts.island[: int(doubts.count)]:
         listed = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
-        contacts = listed[touches(assembly, listed)]
+        contacts = listed[which(touches, assembly, listed, 3 * (assembly.dim - 1))]
         kept = network.b[contacts, 0].copy(), gap[contacts].copy()
         ways = network.J_j[contacts, 1, :2] if is_planar else before_step(assembly, contacts).t
         state = StateProblem(assembly, contacts, ways, 0.0)
@@ -91,19 +95,11 @@ def examine(assembly: SceneInStep) -> list[Verdict]:
     return verdicts
 
 
-def touches(assembly: SceneInStep, contacts: np.ndarray) -> np.ndarray:
-    """Which contacts are closed, were pressed in the step before, or would close in this one."""
-    network = assembly.network
-    normal = np.einsum("cx,cx->c", network.J_i[contacts, 0], network.v_free[network.i[contacts]])
-    normal += np.einsum("cx,cx->c", network.J_j[contacts, 0], network.v_free[network.j[contacts]])
-    is_closing = normal + network.b[contacts, 0] < 0.0
-    return is_closed(assembly, contacts) | (network.P[contacts, 0] > 0.0) | is_closing
-
-
-def is_closed(assembly: SceneInStep, contacts: np.ndarray) -> np.ndarray:
-    """Which contacts have no gap."""
+def which(claim: Callable[..., bool], assembly: SceneInStep, contacts: np.ndarray, *size: int) -> np.ndarray:
+    """Of which contacts a claim of ``doubtful`` is true: what is listed there is what is examined here."""
     near = float(assembly.doubts.near) if assembly.progress.counts.steps == 0 else 0.0
-    return (assembly.network.b[contacts, 0] <= 0.0) | (assembly.found.gap[contacts] <= near)
+    claims = (claim(assembly.found, assembly.network, c, near, *size) for c in contacts)
+    return np.fromiter(claims, bool, len(contacts))
 
 
 def before_step(assembly: SceneInStep, contacts: np.ndarray) -> Before:
@@ -141,13 +137,13 @@ def corrected(assembly: SceneInStep, contacts: np.ndarray, state: StateProblem) 
     Returns the contacts that touch then: what would have closed without the curve of its way may not.
     """
     bodies, network, dt = assembly.bodies, assembly.network, float(assembly.progress.dt)
-    closed = is_closed(assembly, contacts)
+    closed = which(is_closed, assembly, contacts)
     network.b[contacts[closed], 0] = 0.0
     for c, a in zip(contacts, state.curvature, strict=True):
         if not any(bodies.keeps[b] == 1 and bodies.motion.moves[b] for b in (network.i[c], network.j[c])):
             network.b[c, 0] += dt * a
             assembly.found.gap[c] += 0.5 * dt * dt * max(a, 0.0)
-    return contacts[closed | touches(assembly, contacts)]
+    return contacts[closed | which(touches, assembly, contacts, 3 * (assembly.dim - 1))]
 
 
 def examine_planar(assembly: SceneInStep, contacts: np.ndarray) -> Verdict | None:
@@ -244,7 +240,7 @@ def rank_in_slide(mode: int, is_saddle: bool) -> int:
 def load_dense_core(n: int, dim: int) -> Planar:
     """The memory of the dense core for n contacts; its code is loaded when a scene first needs it, in space that of the
     enumeration alone."""
-    load_all([enumerate_modes] if dim == 3 else [enumerate_modes, solve_planar, enumerate_redundant])
+    load_all([enumerate_modes] if dim == 3 else [enumerate_modes, solve_planar, pivot, enumerate_redundant])
     planar = new(Planar, n=max(2, n), d=1)
     planar.can_decide_redundant = 1 if dim == 2 else 0
     return planar

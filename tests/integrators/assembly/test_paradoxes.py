@@ -11,11 +11,15 @@ from models import PainleveRod
 from nonsmooth.commands.run_scene import scene_as_json
 from nonsmooth.contact.network.problem import Network, prepare_planar, prepare_spatial
 from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.ladder import solve_planar
+from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.problem import Planar, problem_of
+from nonsmooth.integrators.assembly import paradox
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.doubtful import Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.jit.kernels import called_by
 from nonsmooth.mechanics.system import UNILATERAL
 from nonsmooth.scenes.detection import Found
 
@@ -281,11 +285,12 @@ def random_network(d, m, n_free, rng):
     return network
 
 
-def asked(network, v_0, v_free):
-    """The doubtful islands of closed contacts."""
+def asked(network, v_0, v_free, gap=0.0):
+    """The doubtful islands of contacts of a gap."""
     d = network.b.shape[1]
     bodies, doubts = new(Bodies, n_b=len(network.v), dim=d), new(Doubts, n_b=len(network.v))
     found = new(Found, m=len(network.mu), d=d)
+    found.gap[:] = gap
     bodies.v_0[:], network.v_free[:] = v_0, v_free
     prepare, find = (prepare_planar, find_doubtful_planar) if d == 2 else (prepare_spatial, find_doubtful_spatial)
     load_all([prepare, find])
@@ -325,6 +330,50 @@ def test_contacts_that_slide_are_doubtful_where_their_matrix_is_no_p_matrix(d):
             assert (k in doubtful) == (not is_regular)
             counts[int(is_regular)] += 1
     assert (counts > 10).all()
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-34, -1e-34, -1e-16])
+@pytest.mark.parametrize("d", [2, 3])
+def test_what_recedes_is_doubtful_only_where_it_was_pressed(d, rounding):
+    """Impulses of the step before, turned to the normals of this one, may be roundings of zero of either sign."""
+    rng, counts = np.random.default_rng(d), 0
+    for _ in range(50):
+        network = random_network(d, int(rng.integers(1, d + 2)), int(rng.integers(1, 3)), rng)
+        v = 100.0 * rng.normal(size=network.v.shape) * (network.M_inv[:, :1, 0] > 0)
+        J, _ = rows_of(network)
+        network.b[:, 0] = 1.0 + np.abs(J[:, 0] @ v.ravel())
+        network.P[:] = rounding
+        doubtful = asked(network, v, v, gap=0.01)
+        counts += len(doubtful)
+        assert rounding > 0.0 or not doubtful
+    assert rounding <= 0.0 or counts > 0
+
+
+@pytest.mark.filterwarnings("ignore::nonsmooth.ResidualWarning", "ignore::nonsmooth.SimultaneousImpactWarning")
+@pytest.mark.parametrize(("mu", "e", "seed", "n"), [(1e3, 1.0, 2, 40), (1e6, 0.0, 0, 30), (5.0, 0.5, 1, 30)])
+def test_heaps_of_extreme_friction_come_to_their_end(mu, e, seed, n):
+    rng, scene = np.random.default_rng(seed), ns.Scene(gravity=(0, -G), material=ns.Material(mu=mu, e=e))
+    for normal in ((0, 1), (1, 0), (-1, 0)):
+        scene.fixed(ns.HalfPlane(normal, 0 if normal[1] else -0.6))
+    for k in range(n):
+        place = np.array([-0.45 + 0.3 * (k % 4), 0.3 + 0.3 * (k // 4)]) + rng.uniform(-0.02, 0.02, 2)
+        scene.body(ns.Disc(0.1), mass=1.0, position=place, velocity=rng.normal(size=2))
+    assert run(scene, 0.6, record=("bodies",)).success
+
+
+def test_all_that_the_dense_core_may_call_is_loaded(monkeypatch):
+    """A slot that nobody filled is a jump to nowhere, in whatever scene comes to it."""
+    loaded = []
+    monkeypatch.setattr(paradox, "load_all", loaded.extend)
+    for dim, begins in ((2, [solve_planar, enumerate_modes]), (3, [enumerate_modes])):
+        loaded.clear()
+        assert paradox.load_dense_core(4, dim).has_newton == 0
+        met, open_ends = set(begins), list(begins)
+        while open_ends:
+            new_ones = called_by(open_ends.pop()) - met - {solve_by_newton}
+            met |= new_ones
+            open_ends += new_ones
+        assert {kernel for kernel in met if kernel.signature is not None and not kernel.is_late} == set(loaded)
 
 
 def test_an_island_that_is_not_doubtful_has_one_solution_whatever_its_load():
