@@ -147,6 +147,7 @@ class Survey:
             if not isinstance(value, types.ModuleType):
                 break
             module, name = value, f"{name}.{attribute}"
+            self.watch.module(module)
             value = vars(module).get(attribute, MISSING)
             self.watch.name(vars(module), attribute, value)
             if self.is_library(module):
@@ -155,8 +156,8 @@ class Survey:
                 if self._is_of_library(value):
                     self.put(name_of(value).encode())
                     return
-            elif value is MISSING and hasattr(module, "__getattr__"):
-                return self.unidentified(module, f"{name}, which its module makes when it is read")
+            elif type(module) is not types.ModuleType or (value is MISSING and hasattr(module, "__getattr__")):
+                return self.unidentified(module, f"{name}, which its module may make when it is read")
         if value is MISSING:
             self.put(b"missing")
         else:

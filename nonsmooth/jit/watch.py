@@ -21,6 +21,7 @@ class Watch:
 
     def __init__(self) -> None:
         self._names: dict[tuple[int, str], tuple[dict, str, Any]] = {}
+        self._modules: dict[int, tuple[types.ModuleType, type]] = {}
         self._functions: list[tuple[Callable, Any, Any, Any]] = []
         self._cells: list[tuple[types.CellType, Any]] = []
         self._arrays: list[tuple[np.ndarray, tuple, bytes | None]] = []
@@ -28,6 +29,10 @@ class Watch:
     def name(self, scope: dict, name: str, value: Any) -> None:
         """A name among the globals of a function or the attributes of a module."""
         self._names[id(scope), name] = scope, name, value
+
+    def module(self, module: types.ModuleType) -> None:
+        """The class of a module, which may make what is read from it."""
+        self._modules[id(module)] = module, type(module)
 
     def function(self, function: Callable) -> None:
         """The code and the defaults of a function."""
@@ -51,6 +56,8 @@ class Watch:
         for scope, name, value in self._names.values():
             if scope.get(name, MISSING) is not value:
                 return False
+        if any(type(module) is not cls for module, cls in self._modules.values()):
+            return False
         for function, code, defaults, by_name in self._functions:
             if (
                 function.__code__ is not code

@@ -91,6 +91,21 @@ def test_the_constant_of_a_module_is_read_anew():
     assert speed(system) == 9.0
 
 
+def test_a_module_that_is_given_a_class_makes_what_is_read_from_it():
+    class Made(types.ModuleType):
+        K = property(lambda self: 3.0)
+
+    hh = types.ModuleType("hh")
+    hh.K = 2.0
+    system, _ = model(force("hh.K * q[0]"), hh=hh)
+    assert speed(system) == 2.0
+    hh.__class__ = Made
+    with pytest.warns(ns.InterpretedWarning, match="force reads hh.K, which its module may make when it is read"):
+        assert speed(system) == hh.K == 3.0
+    hh.__class__ = types.ModuleType
+    assert speed(system) == 2.0
+
+
 def test_a_helper_that_is_replaced_is_called_anew():
     hh = types.ModuleType("hh")
     hh.k = numba.njit(lambda x: 2.0 * x)

@@ -430,7 +430,22 @@ REFUSED = {  # what has no identity, and what the warning says of it
     "attribute that a module makes": (is_(
         "hh.K * q[0]",
         before="import hh",
-        hh="def __getattr__(name):\n    return ⟨2.0|3.0⟩"), "hh.K, which its module makes when it is read"),
+        hh="def __getattr__(name):\n    return ⟨2.0|3.0⟩"), "hh.K, which its module may make when it is read"),
+    **{f"attribute that the class of a module makes by {how}": (is_(
+        "hh.K * q[0]",
+        before="import hh",
+        hh="import sys, types\nclass M(types.ModuleType):\n    " + text.replace("\n", "\n    ")
+        + "\nsys.modules[__name__].__class__ = M"), "hh.K, which its module may make when it is read")
+        for how, text in {
+            "a property": "@property\ndef K(self):\n    return ⟨2.0|3.0⟩",
+            "__getattribute__": "def __getattribute__(self, name):\n    return (⟨2.0|3.0⟩ if name == 'K' else "
+            "super().__getattribute__(name))",
+            "__getattr__": "def __getattr__(self, name):\n    return ⟨2.0|3.0⟩",
+        }.items()},
+    "attribute that the class of a submodule makes": (is_(
+        "pk.c.K * q[0]",
+        before="import types\nclass M(types.ModuleType):\n    K = property(lambda self: ⟨2.0|3.0⟩)\n"
+        "pk = types.ModuleType('pk')\npk.c = M('pk.c')"), "pk.c.K, which its module may make when it is read"),
     "partial function": (body("""
         import functools
         def general(k, t, q, u, p, h):
