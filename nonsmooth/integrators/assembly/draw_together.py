@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.joint import is_joint
-from nonsmooth.contact.network.lagrangian import Desk
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -37,10 +36,26 @@ class HeldIslands(Block):
     is_met: Array[Ints, "n_b"]
 
 
+class HeldWaits(Block):
+    """For how long solvers leave out what was in vain: not for what became of the places."""
+
+    waits: int
+    wait: int
+    dear_waits: int
+    dear_wait: int
+    sight_waits: int
+    sight_wait: int
+    rest_waits: int
+    rest_factors: int
+    contradicted: int
+
+
 class Held(Block):
     """The problem of the velocities, while that of the places is solved."""
 
+    is_begun: int  # whether it is put aside: the problem of the places goes on where there was no room for its factors
     islands: HeldIslands
+    waits: HeldWaits
     P: Array[Floats, "m", "d"]
     b: Array[Floats, "m", "d"]
     mu: Array[Floats, "m"]
@@ -48,32 +63,42 @@ class Held(Block):
     v_free: Array[Floats, "n_b", "n"]
 
 
-@kernel("void(int64, int64)")
+@kernel("int64(int64, int64)")
 def draw_together(progress_at, d):
-    """The push of all islands with joints, to ``moves``; d is 2 or 3."""
+    """The push of all islands with joints, to ``moves``; d is 2 or 3. Returns 0, or how many blocks of factors are
+    wanted: called again with more room it goes on."""
     progress = view(progress_at, Progress)
-    places, tight = progress.places, progress.tight
-    found, contacts, network = view(places.found, Found), view(places.contacts, Contacts), view(places.network, Network)
-    moves, solver, held = view(places.moves, Moves), view(places.solver, Solver), view(places.held, Held)
-    if not find_parted(found, contacts, network, moves, tight):
-        return
-    n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
-    dear_waits, dear_wait = solver.dear_waits, solver.dear_wait
-    rest_waits, rest_factors = solver.rest_waits, solver.rest_factors
-    sight_waits, sight_wait, contradicted = solver.sight_waits, solver.sight_wait, solver.contradicted
-    copy_problem(network, held, n_c, count)
-    write_drifts(found, contacts, network, moves, progress.dt)
+    places = progress.places
+    network, solver, held = view(places.network, Network), view(places.solver, Solver), view(places.held, Held)
+    n_c, count = network.n_c, network.islands.count
+    if held.is_begun == 0:
+        found, contacts, moves = view(places.found, Found), view(places.contacts, Contacts), view(places.moves, Moves)
+        if not find_parted(found, contacts, network, moves, progress.tight):
+            return 0
+        copy_problem(network, held, n_c, count)
+        copy_waits(solver, held.waits)
+        write_drifts(found, contacts, network, moves, progress.dt)
+        held.is_begun = 1
     if d == 2:
-        solve_planar(places.network, places.solver, places.desk)
+        wanted = solve_planar(places.network, places.solver, places.desk)
     else:
-        solve_spatial(places.network, places.solver, places.desk)
-    view(places.desk, Desk).going_on = 0  # what has no room for its factors is left to the next step
-    take_push(network, moves)
+        wanted = solve_spatial(places.network, places.solver, places.desk)
+    if wanted > 0:
+        return wanted
+    take_push(network, view(places.moves, Moves))
     copy_problem(held, network, n_c, count)
-    solver.waits, solver.wait = waits, wait
-    solver.dear_waits, solver.dear_wait = dear_waits, dear_wait
-    solver.rest_waits, solver.rest_factors = rest_waits, rest_factors
-    solver.sight_waits, solver.sight_wait, solver.contradicted = sight_waits, sight_wait, contradicted
+    copy_waits(held.waits, solver)
+    held.is_begun = 0
+    return 0
+
+
+@kernel
+def copy_waits(source, to):
+    """Copy what one problem leaves to the next ones."""
+    to.waits, to.wait = source.waits, source.wait
+    to.dear_waits, to.dear_wait = source.dear_waits, source.dear_wait
+    to.sight_waits, to.sight_wait = source.sight_waits, source.sight_wait
+    to.rest_waits, to.rest_factors, to.contradicted = source.rest_waits, source.rest_factors, source.contradicted
 
 
 @kernel
@@ -135,6 +160,7 @@ def write_drifts(found, contacts, network, moves, dt):
             network.v[b, x] = network.v_free[b, x] = 0.0
     for k in range(islands.count):
         islands.is_met[k], islands.sweeps[k], islands.factors[k] = 1 - moves.deep[k], 0, 0
+        islands.owner[k] = 0  # whichever thread had it: this problem is solved here
 
 
 @kernel

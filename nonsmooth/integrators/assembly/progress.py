@@ -22,7 +22,7 @@ SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the 
 # chosen: factors of a problem, some 0.4 ms in space: after less no thread is thought of (contact/network/parallel.py)
 SHARED_FACTORS = 16
 # where a step goes on when there is room for what it found
-PREDICT, FIND, SOLVE, REBOUND = range(4)
+PREDICT, FIND, SOLVE, DRAW, REBOUND = range(5)
 # how a run of steps comes back
 DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED, MORE_BOOKS = (
     range(11)

@@ -34,6 +34,7 @@ from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     DONE,
     DOUBTFUL,
+    DRAW,
     EXAMINED,
     FIND,
     LOST,
@@ -131,6 +132,13 @@ def take_step(progress, d):
         end = solve(progress, places, network, d)
         if end != DONE:
             return end
+        progress.stage = DRAW
+    if progress.stage == DRAW:
+        if view(places.joints, Joints).count > 0:
+            progress.wanted = draw_together(address(progress), d)
+            if progress.wanted > 0:
+                return MORE_FACTORS
+            note_drift(places, network, progress.figures)
         move(progress, places, network, d)
         progress.stage = REBOUND if rebounds(progress, places, network, d) else PREDICT
     if progress.stage == REBOUND:
@@ -279,9 +287,6 @@ def move(progress, places, network, d):
     asleep = view(places.asleep, Asleep)
     deepest, dt = min(deepest_gap(view(places.found, Found), network.n_c), asleep.deepest), progress.dt
     bodies, found, theta = places.bodies, places.found, progress.theta
-    if view(places.joints, Joints).count > 0:
-        note_drift(places, network, progress.figures)
-        draw_together(address(progress), d)
     if d == 2:
         is_pushed = move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, progress.tight)
     else:

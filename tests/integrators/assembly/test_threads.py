@@ -14,6 +14,7 @@ from nonsmooth.contact.network import parallel
 from nonsmooth.contact.network.parallel import Desks, at_once, share_islands
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import EXACT_BODIES, Solver
+from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.jit.blocks import new
 from nonsmooth.runs.scene_run import SceneRun
 
@@ -54,7 +55,26 @@ def sleepers():
     return scene
 
 
+def chains(dim=2, chains=3, links=4):
+    """Chains that swing among stacks of boxes, each with a heavy end: their joints drift, and are drawn together."""
+    scene = stacks(dim)
+    flat = (0,) * (dim - 2)
+    for k in range(chains):
+        x, y = -3.0 - 3.0 * k, 2.0 + 0.1 * k
+        scene.fixed(ns.Disc(0.01) if dim == 2 else ns.Sphere(0.01), position=(x, *flat, y), name=f"hook {k}")
+        before = f"hook {k}"
+        for a in range(links):
+            size, name = (0.3, 0.05) if dim == 2 else (0.3, 0.05, 0.05), f"link {k} {a}"
+            mass = 0.3 if a < links - 1 else 30.0
+            scene.body(ns.Box(*size), mass=mass, position=(x + 0.15 + 0.3 * a, *flat, y), name=name)
+            scene.joint(before, name, at=(x + 0.3 * a, *flat, y))
+            before = name
+    return scene
+
+
 SCENES = {
+    "chains among planar boxes": chains,
+    "chains among boxes": lambda: chains(3),
     "boxes": stacks,
     "planar boxes": lambda: stacks(2, stacks=6),
     "boxes on a table that moves": lambda: stacks(2, kick=0.0, moved=True),
@@ -115,24 +135,49 @@ def test_small_problems_are_not_handed_over(monkeypatch):
     assert bits(simulate("planar boxes", 0.1, threads=2)) == bits(one)
 
 
-def run_with_room(fill, threads, t_end=0.2):
+def run_with_room(scene, fill, threads, t_end=0.2):
     """Bodies after a run that begins with room for so many blocks of factors."""
-    run = SceneRun(stacks(), (0, t_end), ns.MoreauJean(dt=DT), 1, None)
-    assembly = run.assembly
+    run = SceneRun(scene, (0, t_end), ns.MoreauJean(dt=DT), 1, None)
+    assembly, d = run.assembly, scene.dim
     assembly.desks, assembly.fill = Desks(threads), fill
-    assembly.solver = new(Solver, fill=0, m=0, n_b=0, d=3, n=6)
+    assembly.solver = new(Solver, fill=0, m=0, n_b=0, d=d, n=3 * (d - 1))
     assembly._make_solver()
     run.advance(None, None)
     return assembly.fill, run.solution().velocity, run.solution().position
 
 
-def test_the_room_for_factors_changes_no_bit():
-    _, v, x = run_with_room(5000, 1)
+@pytest.mark.parametrize("name", ["boxes", "chains among planar boxes", "chains among boxes"])
+def test_the_room_for_factors_changes_no_bit(name):
+    _, v, x = run_with_room(SCENES[name](), 5000, 1)
     for threads in (1, *THREADS):
-        fill, v_small, x_small = run_with_room(4, threads)
+        fill, v_small, x_small = run_with_room(SCENES[name](), 4, threads)
         assert fill > 8
         np.testing.assert_array_equal(v_small, v)
         np.testing.assert_array_equal(x_small, x)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_places_are_drawn_together_alike_however_often_room_is_asked_for(dim):
+    run = SceneRun(chains(dim, links=6), (0, 0.1), ns.MoreauJean(dt=DT), 1, None)
+    run.advance(None, None)
+    assembly, pushes, asked = run.assembly, [], []
+    network = assembly.network
+    kept = {name: getattr(network, name).copy() for name in ("P", "b", "mu", "v", "v_free")}
+    for fill in (5000, 2):
+        assembly.fill, assembly.solver = fill, new(Solver, fill=0, m=0, n_b=0, d=dim, n=3 * (dim - 1))
+        assembly._make_solver()
+        assembly.moves.push[:] = np.nan
+        asked.append(0)
+        while wanted := draw_together(assembly.progress.address, dim):
+            asked[-1] += 1
+            assembly.fill = wanted
+            assembly._make_solver()
+        pushes.append(assembly.moves.push.copy())
+        assert all((getattr(network, name) == before).all() for name, before in kept.items())
+        assert assembly.solver.waits == assembly.held.is_begun == 0
+    assert asked[0] == 0 and asked[1] > 1
+    assert np.nanmax(np.abs(pushes[0])) > 0.0
+    np.testing.assert_array_equal(*pushes)
 
 
 def test_ctrl_c_ends_a_run_of_threads_between_two_steps(monkeypatch):
@@ -173,7 +218,7 @@ def test_what_is_missed_is_told_alike():
 
 
 @pytest.mark.parametrize(("before", "after"), [(1, 2), (3, 1), (2, 4)])
-@pytest.mark.parametrize("name", ["boxes", "boxes on a table that moves", "islands that sleep"])
+@pytest.mark.parametrize("name", ["boxes", "boxes on a table that moves", "islands that sleep", "chains among boxes"])
 def test_a_checkpoint_goes_on_with_another_number_of_threads(tmp_path, name, before, after):
     whole = simulate(name)
     for steps, threads in ((31, before), (62, after), (100, before)):
