@@ -1,16 +1,26 @@
-"""The system of a model: what its method ``system()`` builds, kept until that, or what it reads, has changed."""
+"""The system of a model: what its method ``system()`` builds.
+
+It is asked each time, since it may read anything: attributes of the model and of its class, lists, files, the clock. Of
+two systems that are the same in every part the first is taken, which is compiled and whose start is known.
+"""
 
 from __future__ import annotations
 
 import functools
 import types
+from collections.abc import Hashable
+from dataclasses import fields, is_dataclass
 from typing import Any
+
+import numpy as np
 
 from nonsmooth.checks.parameters import with_changes
 from nonsmooth.errors import InvalidInput
-from nonsmooth.jit.fingerprint import LooseSurvey
-from nonsmooth.jit.watch import MISSING, Watch
+from nonsmooth.jit.bytecode import SCALARS, scalar
+from nonsmooth.mechanics.shelf import Same
 from nonsmooth.mechanics.system import System
+
+MOST_KEPT = 32  # chosen: systems of models that are at work in turns
 
 
 def as_system(candidate: Any) -> System:
@@ -21,30 +31,50 @@ def as_system(candidate: Any) -> System:
         raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
     if not callable(getattr(candidate, "system", None)):
         raise InvalidInput(f"a system or a model is needed; got {type(candidate).__name__} without a system() method")
-    try:
-        kept = _kept(candidate)
-    except TypeError:  # an unhashable model
-        system: System = candidate.system()
-        return system
-    if not kept or not kept[0][1].holds():  # its method has changed, or what that reads
-        kept[:] = [(candidate.system(), _watch_on_method(type(candidate)))]
-    return kept[0][0]
+    made = candidate.system()
+    return _first_of(_Made(made)) if type(made) is System else made
 
 
-@functools.lru_cache(maxsize=64)
-def _kept(model: Any) -> list[tuple[System, Watch]]:
-    """Where the system of a model is kept, with the watch on what it was made from."""
-    return []
+class _Made:
+    """A system that was built, equal to each that is the same in every part."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        given = tuple(content_of(getattr(system, part.name)) for part in PARTS)
+        self._content = given, content_of(tuple(system.parameter_values.items()))
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Made) and other._content == self._content
 
 
-def _watch_on_method(cls: type) -> Watch:
-    """On ``system`` and all that it reads."""
-    method = getattr(cls, "system", None)
-    survey = LooseSurvey(method)
-    survey.watch.name(vars(cls), "system", vars(cls).get("system", MISSING))  # type: ignore[arg-type]
-    if isinstance(method, types.FunctionType):
-        survey.function(method)
-    return survey.watch
+PARTS = [part for part in fields(System) if part.init]
+
+
+@functools.lru_cache(maxsize=MOST_KEPT)
+def _first_of(made: _Made) -> System:
+    return made.system
+
+
+def content_of(value: Any) -> Hashable:
+    """What is equal for two values that nobody can ever tell apart: for what can change it is the object itself."""
+    kind = type(value)
+    if kind in SCALARS:
+        return (kind, value) if kind in (str, bool, int, type(None)) else scalar(value)
+    if kind is list or isinstance(value, tuple):
+        return kind, *map(content_of, value)
+    if kind is np.ndarray and not value.dtype.hasobject:
+        return kind, repr(value.dtype), value.shape, value.tobytes()
+    if kind is types.MethodType:
+        return kind, content_of(value.__func__), content_of(value.__self__)
+    if kind is types.FunctionType and not value.__closure__ and value.__globals__.get(value.__name__) is not value:
+        defaults = content_of(value.__defaults__), content_of(tuple((value.__kwdefaults__ or {}).items()))
+        return kind, value.__code__, Same(value.__globals__), *defaults
+    if is_dataclass(value) and not isinstance(value, type) and kind.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        return kind, *(content_of(getattr(value, part.name)) for part in fields(value))
+    return Same(value)
 
 
 def with_values(model: Any, changes: dict[str, Any]) -> Any:

@@ -91,9 +91,9 @@ class Shelf:
 
 
 class Same:
-    """A key that is equal for the same object only: not every callable can be a key itself."""
+    """A key that is equal for the same object only: not everything can be a key itself."""
 
-    def __init__(self, function: Callable) -> None:
+    def __init__(self, function: Any) -> None:
         self.function = function
 
     def __hash__(self) -> int:

@@ -14,6 +14,8 @@ from nonsmooth.errors import InvalidInput, shown
 
 def takes(function: Callable, arguments: tuple[str, ...]) -> bool:
     """Whether a function can be called with these arguments; True when in doubt."""
+    if type(function) is types.FunctionType and not vars(function):  # a tenth of the time
+        return _takes(function, len(arguments))
     try:
         inspect.signature(function).bind(*arguments)
     except TypeError:
@@ -21,6 +23,14 @@ def takes(function: Callable, arguments: tuple[str, ...]) -> bool:
     except Exception:  # without a signature, or an object that raises when it is asked
         return True
     return True
+
+
+def _takes(function: types.FunctionType, n: int) -> bool:
+    """The same of n arguments of a plain function, by its code."""
+    code = function.__code__
+    needed = code.co_argcount - len(function.__defaults__ or ())
+    is_named = code.co_kwonlyargcount > len(function.__kwdefaults__ or ())  # one more has to be given by its name
+    return not is_named and needed <= n and (n <= code.co_argcount or bool(code.co_flags & inspect.CO_VARARGS))
 
 
 def returns_values(function: Callable) -> bool:
