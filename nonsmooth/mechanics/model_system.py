@@ -20,7 +20,7 @@ from nonsmooth.jit.bytecode import SCALARS, scalar
 from nonsmooth.mechanics.shelf import Same
 from nonsmooth.mechanics.system import System
 
-MOST_KEPT = 32  # chosen: systems of models that are at work in turns
+MOST_SYSTEMS = 32  # chosen: systems of models that are at work in turns
 
 
 def as_system(candidate: Any) -> System:
@@ -53,7 +53,7 @@ class _Made:
 PARTS = [part for part in fields(System) if part.init]
 
 
-@functools.lru_cache(maxsize=MOST_KEPT)
+@functools.lru_cache(maxsize=MOST_SYSTEMS)
 def _first_of(made: _Made) -> System:
     return made.system
 
