@@ -9,6 +9,7 @@ INTERRUPTED = 130  # code: exit code after Ctrl-C, as of a shell: 128 + SIGINT
 LONGEST_VALUE = 80  # chosen: characters of a value in a message
 NEAR_WORD = 0.5  # chosen: part of the letters of two words that fit, of a word that may have been meant
 NEAR_PART = 0.9  # chosen: what a fit with a part of a word counts, beside one with the whole
+SHORTEST_NAME = 2  # chosen: letters of a name that may stand for a longer word, as th for theta
 
 
 class NonsmoothError(Exception):
@@ -128,17 +129,27 @@ def nearest(name: Any, known: Any) -> str:
 
 
 def closest(typed: str, names: list[str]) -> str:
-    """The name that a misspelt word is closest to, or to a part of it, as `evnt` to event-driven; nothing where all are
-    far."""
+    """The name that a misspelt word is closest to, or to a part of it, as `evnt` to event-driven, or that is short for
+    it, as th for theta; nothing where all are far."""
     from difflib import SequenceMatcher
 
+    def alike(name: str) -> float:
+        return SequenceMatcher(None, name.casefold(), typed.casefold()).ratio()
+
     def fit(name: str) -> float:
-        parts = [NEAR_PART * SequenceMatcher(None, part, typed).ratio() for part in parts_of(name) if len(part) > 2]
-        return max(SequenceMatcher(None, name, typed).ratio(), *parts, 0.0)
+        parts = [NEAR_PART * alike(part) for part in parts_of(name) if len(part) > 2]
+        return max((1.0 + alike(name)) / 2.0 if is_short_for(name, typed) else alike(name), *parts, 0.0)
 
     fits = {name: fit(name) for name in names}
     best = max(fits, key=fits.__getitem__, default="")
     return best if fits.get(best, 0.0) >= NEAR_WORD else ""
+
+
+def is_short_for(name: str, word: str) -> bool:
+    """Whether the letters of a name stand in a longer word in this order, and begin it: th or thdot for thetadot."""
+    rest = iter(word.casefold())
+    is_begun = word[:1].casefold() == name[:1].casefold()
+    return is_begun and SHORTEST_NAME <= len(name) < len(word) and all(letter in rest for letter in name.casefold())
 
 
 def parts_of(name: str) -> list[str]:

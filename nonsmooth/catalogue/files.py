@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import itertools
 import sys
 from pathlib import Path
@@ -100,8 +101,10 @@ def is_runnable(value: Any) -> bool:
     return any(callable(getattr(value, method, None)) for method in ("system", "scene")) and value not in (Scene,)
 
 
-def from_file(text: str) -> tuple[str, Any]:
+def from_file(text: str, arguments: dict[str, Any] | None = None) -> tuple[str, Any]:
     """The name and the value of what ``FILE:NAME`` means; of a file with one model its name may be left out.
+
+    A function takes those of the ``arguments`` that it has; they are taken out of them.
 
     Raises
     ------
@@ -122,7 +125,7 @@ def from_file(text: str) -> tuple[str, Any]:
         raise UnknownName(f"{path} has no {name}; {nearest(name, found)}")
     value = getattr(module, name)
     if not is_runnable(value) and callable(value):
-        value = _returned(text, value)
+        value = _returned(text, value, {} if arguments is None else arguments)
     if not is_runnable(value):
         others = f"; {path} has the models {', '.join(found)}" if found else ""
         raise InvalidInput(
@@ -132,9 +135,10 @@ def from_file(text: str) -> tuple[str, Any]:
     return name, value
 
 
-def _returned(text: str, function: Any) -> Any:
+def _returned(text: str, function: Any, arguments: dict[str, Any]) -> Any:
     try:
-        return function()
+        taken = inspect.signature(function).parameters
+        return function(**{name: arguments.pop(name) for name in taken if name in arguments})
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # whatever the function raises

@@ -160,4 +160,7 @@ def act_solve(arguments: argparse.Namespace) -> int:
     if arguments.plot:
         performance_profile(results, arguments.plot)
         tell_file(arguments, "figure", arguments.plot)
-    return 0 if all(row["status"] == "SOLVED" for rows in results.values() for row in rows) else FAILED
+    found = [row for rows in results.values() for row in rows]
+    if all(row["status"] == "ERROR" for row in found):
+        raise InvalidInput("; ".join(dict.fromkeys(row["message"] for row in found)))
+    return 0 if all(row["status"] == "SOLVED" for row in found) else FAILED

@@ -24,12 +24,13 @@ def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> An
     UnknownName, InvalidInput
         For a name that is none, parameters that it does not have, and a scene where a model is needed.
     """
+    changes = assignments("--set", arguments.set)
     if is_file(arguments.model):
-        name, found = from_file(arguments.model)
+        name, found = from_file(arguments.model, changes)
         arguments.model = name
     else:
         found = load(arguments.model) if takes_scenes else load_model(arguments.model)
-    model = with_set(found, assignments("--set", arguments.set))
+    model = with_set(found, changes)
     if not takes_scenes and is_scene(model):
         raise InvalidInput(f"{arguments.model} is a scene of bodies, which `nonsmooth run` sets in motion; a model is "
                            "needed here")  # fmt: skip

@@ -93,6 +93,11 @@ def plot_map(
     from nonsmooth.paradox.boundaries import Boundaries
 
     as_instance("chart", chart, xarray.Dataset, "the Dataset of ns.paradox_map(...)")
+    if "kind" not in chart or "n_solutions" not in chart:
+        raise InvalidInput(
+            "chart must be the Dataset of ns.paradox_map(...), with the kind of each state; got one with "
+            f"{shown(list(map(str, chart.data_vars)))}: ns.plot_sweep draws a sweep"
+        )
     if boundaries is not None:
         as_instance("boundaries", boundaries, Boundaries, "what ns.paradox_boundaries(...) gives")
     moved = [as_motion(motion) for motion in as_listed("motions", motions, "a list of arrays (n, 2)")]

@@ -9,9 +9,11 @@ from __future__ import annotations
 import inspect
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from nonsmooth.checks.arrays import as_index, as_name
 from nonsmooth.errors import InvalidInput, shown
@@ -40,8 +42,8 @@ class Description:
     coordinates: tuple[tuple[str, str], ...]
     has_names: bool
     contacts: tuple[str, ...]
-    shape: Callable[..., Any] | None
-    outline: Callable[..., Any] | None
+    shape: Callable[..., Lines] | None
+    outline: Callable[..., Lines] | None
     parts: Sequence[str] | None
     contact_frames: Callable[..., Any] | None
 
@@ -119,8 +121,8 @@ def described(system: Any) -> Description:
     names = tuple(contact.name or f"contact {i}" for i, contact in enumerate(system.contacts))
     return Description(
         own or tuple((f"q[{k}]", "") for k in range(system.n_q)), bool(own), names,
-        _drawn(system, system.shape, 1) or getattr(model, "shape", None),
-        _drawn(system, system.outline, 0) or getattr(model, "outline", None),
+        in_lines("shape(q)", _drawn(system, system.shape, 1) or getattr(model, "shape", None)),
+        in_lines("outline()", _drawn(system, system.outline, 0) or getattr(model, "outline", None)),
         getattr(model, "parts", None) if system.shape is None else None,
         getattr(model, "contact_frames", None) if system.shape is None else None,
     )  # fmt: skip
@@ -148,6 +150,33 @@ def _drawn(system: Any, function: Callable[..., Any] | None, n: int) -> Callable
     if function is None or len(inspect.signature(function).parameters) == n:
         return function
     return lambda *q: function(*q, system.unpacked)
+
+
+class Lines(list[np.ndarray]):
+    """Polylines (k, 2) [m], and their names."""
+
+    def __init__(self, lines: Iterable[np.ndarray], names: Iterable[str]) -> None:
+        super().__init__(lines)
+        self.names = list(names)
+
+
+def in_lines(name: str, drawn: Callable[..., Any] | None) -> Callable[..., Lines] | None:
+    """A function of the user's whose result is looked at each time."""
+    return None if drawn is None else lambda *q: as_lines(name, drawn(*q))
+
+
+def as_lines(name: str, given: Any) -> Lines:
+    """Polylines given in a sequence, or in a dictionary by their names, or `InvalidInput`."""
+    is_named = isinstance(given, Mapping)
+    try:
+        found = [np.asarray(line, dtype=float) for line in (given.values() if is_named else given)]
+    except (TypeError, ValueError):
+        found = []
+    if not found or any(line.ndim != 2 or line.shape[0] == 0 or line.shape[1] != 2 for line in found):
+        raise InvalidInput(
+            f"{name} must return a list of polylines (k, 2) [m], or a dict of them by name; got {shown(given)}"
+        )
+    return Lines(found, map(str, given) if is_named else (f"part {k}" for k in range(len(found))))
 
 
 def require_drawn(name: str, function: Any, names: tuple[str, ...]) -> None:

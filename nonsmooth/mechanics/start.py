@@ -122,7 +122,10 @@ def split_state(model: Any, given: Mapping[str, Any]) -> tuple[dict[str, Any], d
     for name in given.keys() - whole.keys():
         match = COMPONENT.fullmatch(str(name))
         if match:
-            entries[match[1], _place(name, match, system.n_q)] = as_number(name, given[name])
+            place = match[1], _place(name, match, system.n_q)
+            if place in entries:
+                raise InvalidInput(f"the state has {match[1]}0[{place[1]}] twice, also as {name}; give it once")
+            entries[place] = as_number(name, given[name])
         elif name not in known:
             raise UnknownName(f"the state has no variable {shown(name)}; {nearest(name, {'q0', 'u0', *known})}")
         else:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, Status, said_by
+from nonsmooth.errors import InvalidInput, Status, said_by, shown
 from nonsmooth.integrators.assembly.apart import part_bodies
 from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
@@ -378,7 +378,7 @@ def require_moreau_jean(integrator: Any) -> None:
     """Raise `InvalidInput` for what does not step scenes."""
     if not isinstance(integrator, MoreauJean):
         raise InvalidInput(
-            f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: Penalty(k) takes one "
+            f"a scene is integrated by MoreauJean(dt=...); got {shown(integrator)}: Penalty(k) takes one "
             "too, others a small planar one as scene.system(), from *scene.state()"
         )
     if integrator.projection:

@@ -56,7 +56,7 @@ def simulate(
     system: Scene | MakesScene,
     t_span: tuple[float, float],
     *,
-    integrator: Integrator | Choice | Literal["auto"],
+    integrator: Integrator | Choice | Literal["auto"] = "auto",
     every: int = 1,
     t_eval: ArrayLike | None = None,
     project: bool = False,
@@ -81,7 +81,7 @@ def simulate(
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
-    integrator: Integrator | Choice | Literal["auto"],
+    integrator: Integrator | Choice | Literal["auto"] = "auto",
     state: Any = None,
     every: int = 1,
     t_eval: ArrayLike | None = None,
@@ -108,7 +108,7 @@ def simulate(
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
-    integrator: Integrator | Choice | Literal["auto"],
+    integrator: Integrator | Choice | Literal["auto"] = "auto",
     state: Any = None,
     every: int = 1,
     t_eval: ArrayLike | None = None,
@@ -140,8 +140,8 @@ def simulate(
         The start instead of q0 and u0: ``dict(th=0.8, thdot=-1)``, variables of the model's ``state(...)``, of a system
         without one its coordinates and their rates; ``{"q0[0]": 0.8}`` for single entries.
     integrator : MoreauJean, Adaptive, EventDriven, Penalty, Auto or "auto"
-        The method and its step or tolerances; "auto" takes EventDriven where few contacts are decided at once,
-        Adaptive for many without friction and MoreauJean for the rest, and says why in the summary and in
+        The method and its step or tolerances. "auto", the default, takes EventDriven where few contacts are decided at
+        once, Adaptive for many without friction and MoreauJean for the rest, and says why in the summary and in
         ``about["chosen"]``; Auto(rtol) takes what keeps a tolerance (nonsmooth/runs/choice.py has the rules).
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.

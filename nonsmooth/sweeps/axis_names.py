@@ -2,7 +2,7 @@
 
     mu, vb, ...        a field of the model (or a parameter of the system)
     th, slip, ...      an argument of model.state(...)
-    q0[i], u0[i]       an entry of the initial state
+    q0[i], u0[i]       an entry of the initial state, or q[i], u[i]
     dt, theta, ...     an option of the integrator
     t_end              the end of the run
 
@@ -64,7 +64,7 @@ class AxisNames:
             n = as_system(self.model).n_q
             if not int(match[2]) < n:
                 raise InvalidInput(f"{name}: the state has {n} entries, counted from 0")
-            return "components", name
+            return "components", f"{match[1]}0[{int(match[2])}]"
         meanings = [(part, plain) for part, names in self.known.items() for plain in names if name == plain]
         meanings += [(part, plain) for part, names in self.known.items() for plain, full in names.items()
                      if name == full and full != plain]  # fmt: skip
@@ -82,7 +82,8 @@ class AxisNames:
         for name, values in columns.items():
             part, plain = self.resolve(name)
             if plain in parts[part]:
-                raise InvalidInput(f"two axes vary {self.known[part][plain]}; keep one of them")
+                varied = plain if part == "components" else self.known[part][plain]
+                raise InvalidInput(f"two axes vary {varied}; keep one of them")
             parts[part][plain] = values
         return Parts(**parts)
 

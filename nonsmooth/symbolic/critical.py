@@ -69,15 +69,8 @@ def critical_friction(model: Any, contact: int | str = 0) -> CriticalFriction:
         )
     W_N, W_F, M = _symbolic(model, system)
     n, f = W_N[contact, :], W_F[contact, :]
-    as_typed = {symbol: real_symbol(symbol.name) for symbol in (M.free_symbols | n.free_symbols | f.free_symbols)}
+    as_typed = {symbol: type(symbol)(symbol.name, real=True) for part in (M, n, f) for symbol in part.free_symbols}
     return CriticalFriction(_quotient(M, n, f).xreplace(as_typed))
-
-
-def real_symbol(name: str) -> Any:
-    """The real symbol of a name."""
-    import sympy as sp
-
-    return sp.Symbol(name, real=True)
 
 
 def _quotient(M: Any, n: Any, f: Any) -> Any:
@@ -96,7 +89,9 @@ def _symbolic(model: Any, system: Any) -> Any:
         raise MissingExtra('closed forms need SymPy; install it with pip install "nonsmooth[symbolic]"') from None
     known = system.described
     names = known.names if known.has_names else [f"q_{i}" for i in range(system.n_q)]
-    q = [sp.Symbol(name, real=True) for name in names]
+    from nonsmooth.symbolic.coordinate import Symbol
+
+    q = [Symbol(name, real=True) for name in names]
     values = {entry.name: getattr(model, entry.name) for entry in fields(model)}
     positive = {name for name, value in values.items() if isinstance(value, float) and value > 0}
     symbols = {name: sp.Symbol(name, **{"positive" if name in positive else "real": True}) for name in values}

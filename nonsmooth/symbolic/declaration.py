@@ -11,6 +11,7 @@ import sympy as sp
 from nonsmooth.checks.arrays import as_flag, as_fraction, as_instance, as_listed, as_name, as_number, as_positive
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, Polynomial, Smoothed, StaticKinetic, Stribeck
+from nonsmooth.symbolic import coordinate
 from nonsmooth.symbolic.contact import TypedContact, declared_contact
 from nonsmooth.symbolic.expressions import Expressions
 from nonsmooth.symbolic.law_source import source_of_law
@@ -54,8 +55,9 @@ class Lagrangian:
 
     # symbols
 
-    def coordinates(self, names: str, unit: str = "") -> tuple[Any, ...]:
-        """Generalised coordinates, in the order of q.
+    def coordinates(self, names: str, unit: str = "") -> Any:
+        """Generalised coordinates, in the order of q: a tuple of symbols; of a single name the symbol itself, which a
+        tuple of one takes too.
 
         Parameters
         ----------
@@ -72,12 +74,12 @@ class Lagrangian:
         for word in words:
             self._require_new(word)
             self._require_new(f"{word}dot")
-            symbol = sp.Symbol(word, real=True)
+            symbol = coordinate.Symbol(word, real=True)
             self.declared.q.append(symbol)
             self.declared.u.append(sp.Symbol(f"{word}dot", real=True))
             self.coordinate_units[symbol] = unit
             made.append(symbol)
-        return tuple(made)
+        return tuple(made) if len(made) > 1 else made[0]
 
     def parameters(self, **values: Any) -> tuple[Any, ...]:
         """Parameters, the fields of the model: ``m=1.0``, ``m=(1.0, "kg")`` or ``m=(1.0, "kg", "mass of the bob")``."""

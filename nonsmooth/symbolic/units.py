@@ -3,7 +3,8 @@
     [a b] = [a][b],    [a + b] = [a] = [b],    [a^n] = [a]^n,    [sin x] = [x] = 1
 
 A symbol without a unit fits everywhere, and so does whatever is made of it; so do a number that is added, as 2 in
-2 - x, and a decimal one, which may have a unit of its own, as 0.3 in 0.3 sin th; halves and whole numbers have none.
+2 - x, and a decimal one of any value, which may have a unit of its own, as 0.5 in 0.5 sin th; whole numbers and
+fractions of them (1/2 of SymPy) have none.
 Angles are numbers (rad = 1).
 """
 
@@ -85,7 +86,7 @@ class Dimensions:
             Where terms of different dimensions are added, or a function is taken of what has one.
         """
         if expression.is_Number or expression.is_NumberSymbol:
-            return None if expression.is_Float and not (2 * float(expression)).is_integer() else dimension("1")
+            return None if expression.is_Float else dimension("1")
         if expression.is_Symbol:
             return self._units.get(expression)
         branches = [part.args[0] if isinstance(part, sp.Tuple) else part for part in expression.args]

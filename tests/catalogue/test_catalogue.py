@@ -51,6 +51,9 @@ MAKERS = """
 def make():
     return Ball(g=20.0)
 
+def heavy(g, factor=1.0):
+    return Ball(g=factor * g)
+
 def scene():
     made = ns.Scene(gravity=(0, -9.81))
     made.fixed(ns.HalfPlane((0, 1)))
@@ -107,7 +110,9 @@ def test_class_instance_system_and_function_of_a_file_run(own, capsys):
         return result_of(capsys, "run", *words, "--t-end", "0.1", "--json")["u"][0]
 
     assert end("own.py:Ball") == pytest.approx(-1.0) and end("own.py:ball") == pytest.approx(-0.5)
-    assert end("own.py:make") == pytest.approx(-2.0)
+    assert end("own.py:make") == pytest.approx(-2.0) == end("own.py:make", "--set", "m=3")
+    assert end("own.py:make", "--set", "g=4") == pytest.approx(-0.4)
+    assert end("own.py:heavy", "--set", "g=4", "factor=3", "m=2") == pytest.approx(-1.2)
     assert end("own.py:ball", "--set", "g=3", "--state", "height=4") == pytest.approx(-0.3)
     assert end("own.py:bare", "--state", "y=2", "ydot=1", "--dt", "1e-3") == pytest.approx(0.0, abs=1e-12)
 

@@ -309,7 +309,7 @@ def test_solve_prints_a_table_and_tells_failure_by_its_code(tmp_path, capsys):
     )
     assert capsys.readouterr().out.count("1 of 1 solved") == 2
     assert (tmp_path / "p.png").exists()
-    assert main(["solve", str(tmp_path / "missing.npz")]) == 3
+    assert main(["solve", str(tmp_path / "missing.npz")]) == 2
 
 
 def test_solve_and_list_print_one_json_object_or_nothing(tmp_path, capsys):

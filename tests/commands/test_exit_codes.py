@@ -56,7 +56,7 @@ ROWS = [  # arguments, exit code, the kind of line it says on stderr
     (["classify", "painleve-rod", "--state", "th=nan"], 2, "refusal"),
     (["solve", "nowhere.npz", "--tol", "0"], 2, "refusal"),
     (["solve", "nowhere.npz", "--tol", "2"], 2, "refusal"),
-    (["solve", "nowhere.npz"], 3, None),
+    (["solve", "nowhere.npz"], 2, "refusal"),
     (["run", "self-locking-rod", "--set", "mu=1", "th0=0.9", "--state", "th=0.9", *SHORT], 3, "failure"),
     (["study", "equilibrium", "sprag-slip", "--set", "mu=nan"], 2, None),
     (["sweep", "bouncing-ball", "--axis", "e=0:1:x"], 2, "refusal"),

@@ -14,6 +14,7 @@ import pytest
 from nonsmooth.commands.cli import main
 from nonsmooth.commands.completion import SHELLS
 from nonsmooth.commands.terminal import as_typed
+from nonsmooth.errors import closest
 
 
 @pytest.mark.parametrize(("words", "meant"), [
@@ -284,3 +285,14 @@ def test_files_of_one_name_in_different_folders_are_told_apart(tmp_path, capsys)
     assert main(["list", *(str(tmp_path / str(k) / "samename.py") for k in (0, 1, 2, 1))]) == 0
     listed = [line.split()[0].rpartition(":")[2] for line in capsys.readouterr().out.splitlines() if "samename" in line]
     assert listed == ["ball_0", "ball_1", "ball_2", "ball_1"]
+
+
+@pytest.mark.parametrize(("typed", "meant"), [
+    ("theta", "th"), ("Theta", "th"), ("theta_dot", "thdot"), ("thetadot", "thdot"), ("thetd", "th"), ("omega", "om"),
+])  # fmt: skip
+def test_a_whole_word_is_answered_by_the_name_that_is_short_for_it(typed, meant):
+    assert closest(typed, ["om", "omdot", "q0", "th", "thdot", "u0"]) == meant
+
+
+def test_a_short_name_does_not_answer_a_misspelt_longer_one():
+    assert closest("velocty", ["ve", "velocity"]) == "velocity" and closest("mass", ["m", "k"]) == ""

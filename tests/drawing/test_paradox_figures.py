@@ -37,6 +37,13 @@ def test_map_hatches_and_names_its_regions_and_draws_curves_and_motions():
     assert figure.axes[0].get_xlabel() == "$\\theta$ [rad]" and "rad/s" in figure.axes[0].get_ylabel()
 
 
+def test_the_data_of_a_sweep_are_no_map_of_paradoxes():
+    task = ns.RunTask(PainleveRod(), "paradoxes", t_span=(0, 0.01), integrator=ns.MoreauJean(1e-3))
+    found = ns.sweep(task, {"mu": [0.1, 0.2], "th": [0.5, 0.6]}, progress=False)
+    with pytest.raises(ns.InvalidInput, match=r"Dataset of ns.paradox_map.*'paradoxes'.*ns.plot_sweep draws a sweep"):
+        plot_map(found)
+
+
 def test_named_regions_take_the_names_given():
     rod = SpragSlip()
     axes = {"th": np.linspace(0.65, 1.25, 61), "thdot": np.linspace(-4.5, 4.5, 61)}

@@ -17,6 +17,20 @@ def run(model, t_end, state, **options):
     return ns.simulate(model, (0, t_end), *state, integrator="auto", **options)
 
 
+def test_the_choice_is_automatic_where_no_integrator_is_given():
+    ball = BouncingBall(e=0.8)
+    told = ns.simulate(ball, (0, 0.5), *ball.state(height=1.0), integrator="auto")
+    left_out = ns.simulate(ball, (0, 0.5), state={"height": 1.0})
+    assert left_out.about["chosen"] == told.about["chosen"] and (left_out.q == told.q).all()
+
+
+def test_a_scene_asks_for_its_integrator_where_none_is_given():
+    scene = ns.Scene(gravity=(0, -9.81))
+    scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5))
+    with pytest.raises(ns.InvalidInput, match=r"a scene is integrated by MoreauJean\(dt=...\); got 'auto'"):
+        ns.simulate(scene, (0, 1))
+
+
 def test_smooth_motion_is_integrated_with_order_5():
     arm = FollowerForceArm(P=500.0)
     rest = arm.equilibrium()

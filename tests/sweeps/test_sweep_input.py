@@ -112,6 +112,17 @@ def test_options_out_of_range_fail_their_cells():
     assert "theta must lie in" in str(found.message.values[0, 0])
 
 
+def test_entries_of_the_state_are_axes_under_both_of_their_names():
+    for one, other in (("q[0]", "q0[0]"), ("u[0]", "u0[0]")):
+        found = [ns.sweep(BELT, {"vb": [0.1, 0.2], name: [0.0, 0.01]}, progress=False) for name in (one, other)]
+        np.testing.assert_array_equal(found[0].q.values, found[1].q.values)
+        assert found[0].q.dims == ("vb", one, "coordinate") and (found[0].u.diff(one) != 0).any()
+    with pytest.raises(ns.InvalidInput, match=r"two axes vary q0\[0\]; keep one of them"):
+        ns.sweep(BELT, {"q[0]": [0.0], "q0[0]": [0.1]}, progress=False)
+    with pytest.raises(ns.InvalidInput, match=r"q0\[0\] twice"):
+        ns.RunTask(BeltOscillator(), t_span=(0, 0.02), state={"q[0]": 0.0, "q0[0]": 0.1})
+
+
 def test_a_table_runs_row_by_row():
     rows = [{"vb": 0.1, "x": 0.0}, {"vb": 0.2, "x": 0.1}, {"vb": 0.1, "x": 0.0}]
     found = ns.sweep(BELT, rows, progress=False)

@@ -336,6 +336,43 @@ def test_derived_matrices_are_at_hand_with_their_derivatives():
 # closed forms --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("length", [0.3, 0.5, 1.0, 2.0, 7.25])
+@pytest.mark.parametrize("rate", [61.3, 60.0, 0.5])
+def test_every_decimal_number_may_have_a_unit_of_its_own(length, rate):
+    """A pendulum on a shaken pivot, its length and the rate of the shaking typed as numbers, has the equation of the
+    one whose parameters have units."""
+    found = []
+    for is_typed in (True, False):
+        l = ns.lagrangian("shaken pendulum")
+        th = l.coordinates("th", unit="rad")
+        a, w = (length, rate) if is_typed else l.parameters(a=(length, "m"), w=(rate, "1/s"))
+        pivot = 0.02 * sp.cos(w * l.t)
+        l.rigid_body(1.2, 0.1, at=(a * sp.sin(th), pivot - a * sp.cos(th)), angle=th)
+        l.gravity(9.81)
+        found.append(l.model().system().evaluate(FUNCTION_NAMES["force"], 0.1, np.array([0.4]), np.array([0.7])))
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-13)
+
+
+@pytest.mark.parametrize("length", [1, sp.Rational(1, 2), sp.pi])
+def test_whole_numbers_and_fractions_have_no_unit(length):
+    l = ns.lagrangian("pendulum")
+    th = l.coordinates("th", unit="rad")
+    with pytest.raises(ns.InvalidInput, match="at must have the unit m"):
+        l.point_mass(1.0, at=(length * sp.sin(th), length * sp.cos(th)))
+
+
+def test_a_coordinate_that_is_declared_alone_is_a_symbol_and_unpacks_as_one():
+    l = ns.lagrangian("mass on a spring")
+    x = l.coordinates("x", unit="m")
+    (y,) = l.coordinates("y", unit="m")
+    several = l.coordinates("a, b")
+    assert isinstance(x, sp.Symbol) and isinstance(y, sp.Symbol) and isinstance(several, tuple)
+    assert list(x) == [x] and l.declared.q == [x, y, *several]
+    own = sp.Symbol("x", real=True)
+    assert x == own and own == x and hash(x) == hash(own) and x != sp.Symbol("x") and x != y
+    assert (2 * x + x**2).subs(x, 3) == 15 and sp.sin(x).diff(x) == sp.cos(x) and not sp.utilities.iterables.iterable(x)
+
+
 def test_the_critical_friction_of_the_rod_is_the_literatures():
     l = ns.lagrangian("rod")
     x, y = l.coordinates("x y", unit="m")

@@ -83,13 +83,13 @@ def bodies_of(model: Any, q: np.ndarray) -> tuple[list[Body], Lines, Lines]:
     bodies, centres, angles = [], [], []
     n_t = len(q)
     for k, line in enumerate(model.outline() if model.outline else []):
-        bodies.append(Body(f"surroundings {k}", (still_shape(np.asarray(line)),), is_fixed=True))
+        bodies.append(Body(f"surroundings {k}", (still_shape(line),), is_fixed=True))
         centres.append(np.zeros((n_t, 2)))
         angles.append(np.zeros(n_t))
     shapes = [model.shape(state) for state in q]
-    names = model.parts or [f"part {k}" for k in range(len(shapes[0]))]
+    names = model.parts or shapes[0].names
     for k, name in enumerate(names):
-        lines = np.stack([np.asarray(lines_now[k]) for lines_now in shapes])
+        lines = np.stack([lines_now[k] for lines_now in shapes])
         pose = pose_of(lines)
         shape = (
             still_shape(lines[0] - pose.centre[0])

@@ -80,6 +80,41 @@ def test_shapes_in_their_frames_are_the_lines_of_the_picture(model):
             np.testing.assert_allclose(placed, line[: len(placed)], atol=1e-6 * np.abs(line).max())  # RIGID
 
 
+def swinging(shape):
+    """A pendulum that is drawn by a function."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -9.81 * np.sin(q[0])
+
+    system = ns.System(coordinates=[("th", "rad")], mass=mass, force=force, shape=shape)
+    return ns.simulate(system, (0, 0.1), [0.3], [0.0], integrator=ns.MoreauJean(dt=1e-2))
+
+
+def test_lines_may_have_names_in_a_dictionary():
+    def rod(q):
+        return [[0.0, 0.0], [np.sin(q[0]), -np.cos(q[0])]]
+
+    def bob(q):
+        return np.array([[0.9, -0.1], [1.1, 0.1]]) * [np.sin(q[0]), 1.0]
+
+    named = swinging(lambda q: {"rod": rod(q), "bob": bob(q)})
+    listed = swinging(lambda q: (rod(q), bob(q)))
+    one, other = film_of_solution(named), film_of_solution(listed)
+    assert [body.name for body in one.bodies] == ["rod", "bob"]
+    assert [body.name for body in other.bodies] == ["part 0", "part 1"]
+    np.testing.assert_array_equal(one.position, other.position)
+    assert len(named.picture(n=2).axes[0].lines) == 4
+
+
+@pytest.mark.parametrize("drawn", [{}, [], 3, {"rod": 1.0}, [np.zeros((2, 3))], [np.zeros(2)], "rod", None])
+def test_what_is_no_polyline_is_refused(drawn):
+    with pytest.raises(ns.InvalidInput, match=r"shape\(q\) must return a list of polylines \(k, 2\)"):
+        film_of_solution(swinging(lambda q: drawn))
+
+
 # --- frames, impulses, events, curves
 
 
