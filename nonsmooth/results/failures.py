@@ -27,8 +27,9 @@ class StepFailure(NonsmoothError, RuntimeError):
     q, u : (n_q,), (n_u,)
         That state.
     problem : FailedProblem, SceneProblem or None
-        The contact problem of that step, where it is one of Moreau and Jean's scheme with closed contacts; of a scene,
-        the islands that stayed above the tolerance where ``on_residual="raise"``.
+        The contact problem that stopped the run: of `MoreauJean` that of its step, of `EventDriven` and `Adaptive` that
+        of the contacts which touch at the instant; of a scene the islands that stayed above the tolerance where
+        ``on_residual="raise"``. None after other failures, of `Penalty`, and with a friction law of the user's.
     """
 
     def __init__(self, message: str, solution: Solution, t: float, problem: FailedProblem | SceneProblem | None = None
@@ -61,8 +62,8 @@ class StepFailure(NonsmoothError, RuntimeError):
         """
         if self.problem is None:
             raise InvalidInput(
-                "this failure has no contact problem to write: no contact of a step of MoreauJean was being solved; "
-                "failure.solution has the state it stopped at"
+                "this failure has no contact problem to write: none was being solved, or its friction law is a "
+                "function of the user's; failure.solution has the state it stopped at"
             )
         return self.problem.save(path)
 

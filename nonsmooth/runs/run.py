@@ -18,8 +18,9 @@ from nonsmooth.errors import Status, said_by
 from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import Columns, Record
-from nonsmooth.jit import running_time, waited
-from nonsmooth.jit.blocks import numbers
+from nonsmooth.jit import interpreted, running_time, waited
+from nonsmooth.jit.blocks import Block, numbers
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.inspection import END, found_contradiction, is_due
 from nonsmooth.mechanics.own_law import find_fault
 from nonsmooth.mechanics.system import SURFACE_VELOCITY, TANGENT, System, evaluate
@@ -326,14 +327,19 @@ class Run(Ongoing):
         return error
 
     def _failed_problem(self, message: str) -> FailedProblem | None:
-        """The contact problem of the step that failed: the step is taken again, in fresh arrays."""
-        memory = self.integrator.step_problem(self.system, self.selection)
-        if (
-            self.system.own_laws
-            or memory is None
-            or self.status not in (Status.NO_SOLUTION, Status.NOT_SOLVED, Status.NEGATIVE_FRICTION)
-        ):
+        """The contact problem of the step that failed: the step is taken again, in fresh arrays; of a method that
+        chooses its steps that of the instant at which it stopped."""
+        unsolved = (Status.NO_SOLUTION, Status.NOT_SOLVED, Status.NEGATIVE_FRICTION)
+        if self.system.own_laws or self.status not in unsolved or not self.integrator.is_rigid:
             return None
+        memory = self.integrator.step_problem(self.system, self.selection)
+        if memory is None:
+            from nonsmooth.results.problem_of_instant import problem_of_instant
+
+            tolerances = getattr(self.integrator, "rtol", 0.0), getattr(self.integrator, "atol", 0.0)
+            return problem_of_instant(
+                self.system, self._set_up_instant, self.state, tolerances, self.selection, message
+            )  # fmt: skip
         from nonsmooth.results.failed_problem import FailedProblem
 
         dt = float(self.schedule.dt[int(self.state.counters.interval)])
@@ -342,6 +348,13 @@ class Run(Ongoing):
         return FailedProblem.of_step(
             memory, self.state, self.system.kinds, self.system.laws, dt, self.selection, message
         )  # fmt: skip
+
+    def _set_up_instant(self, t: float, q: np.ndarray, u: np.ndarray, n: int, rates: np.ndarray, work: Block
+    ) -> tuple[int, int]:  # fmt: skip
+        """The contact problem of the accelerations of n contacts, to ``work``; (Status, rows)."""
+        kernel = acceleration_problem_apart
+        sys_at, work_at = self.handed(self.sys, work)
+        return (kernel.compiled if self.model.is_compiled else interpreted(kernel))(sys_at, t, q, u, n, rates, work_at)
 
 
 def motion_of_records(

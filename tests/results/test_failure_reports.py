@@ -18,15 +18,23 @@ from nonsmooth.results.fclib import read_fclib
 STEP = ns.MoreauJean(dt=1e-3)
 
 
-def jammed():
+def jammed(integrator=STEP):
     """The rod pressed beyond the angle at which it jams: every mode of its contact is refuted."""
     rod = SelfLockingRod(mu=1.0, th0=math.radians(50))
     with pytest.raises(ns.StepFailure) as failure:
-        ns.simulate(rod, (0, 0.1), *SelfLockingRod(mu=1.0).state(th=math.radians(50)), integrator=STEP)
+        ns.simulate(rod, (0, 0.1), *SelfLockingRod(mu=1.0).state(th=math.radians(50)), integrator=integrator)
     return failure.value
 
 
-def two_blocks_on_one_floor():
+def falls_and_jams(integrator=STEP):
+    """The rod beyond that angle, with its tip above the belt: it lands, and then no mode is left."""
+    rod = SelfLockingRod(mu=1.0, th0=math.radians(50))
+    with pytest.raises(ns.StepFailure) as failure:
+        ns.simulate(rod, (0, 1.0), [math.radians(49)], [0.0], integrator=integrator)
+    return failure.value
+
+
+def two_blocks_on_one_floor(integrator=STEP):
     """Two blocks, one of which slides so fast that its friction law is negative: the second contact of two fails."""
     block = SlidingBlock()
 
@@ -54,7 +62,7 @@ def two_blocks_on_one_floor():
     system = ns.System(n_q=4, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=contacts,
                        parameters=block)  # fmt: skip
     with pytest.raises(ns.StepFailure) as failure:
-        ns.simulate(system, (0, 1), np.zeros(4), [0.5, 0, 2.0, 0], integrator=STEP)
+        ns.simulate(system, (0, 1), np.zeros(4), [0.5, 0, 2.0, 0], integrator=integrator)
     return failure.value
 
 
@@ -67,15 +75,27 @@ def test_the_problem_in_the_file_is_the_one_the_mechanics_gives():
     assert problem.laws.shape[0] == 2 and problem.dt == STEP.dt
 
 
+@pytest.mark.parametrize("integrator", [STEP, ns.EventDriven(), ns.Adaptive()], ids=lambda one: type(one).__name__)
 @pytest.mark.parametrize("fail", [jammed, two_blocks_on_one_floor])
-def test_a_dumped_problem_is_read_back_bit_for_bit_and_fails_again(fail, tmp_path):
-    failure = fail()
+def test_a_dumped_problem_is_read_back_bit_for_bit_and_fails_again(fail, integrator, tmp_path):
+    failure = fail(integrator)
     path = failure.dump(tmp_path / "step.npz")
     again = FailedProblem.load(path)
     for name, array in vars(failure.problem).items():
         assert np.array_equal(getattr(again, name), array)
     assert again.solve().status == failure.solution.status
     assert [file.name for file in tmp_path.iterdir()] == ["step.npz"] and path.stat().st_size < 10_000
+
+
+@pytest.mark.parametrize("integrator", [ns.EventDriven(), ns.Adaptive()], ids=lambda one: type(one).__name__)
+def test_a_run_that_lands_where_no_mode_is_left_has_the_problem_of_its_landing(integrator):
+    """The speed is that of the fall under the moment R l cos th from 49 to 50 degrees, and c that speed, as e = 0."""
+    failure = falls_and_jams(integrator)
+    problem, rod = failure.problem, SelfLockingRod()
+    speed = math.sqrt(2 * rod.R * rod.l / rod.I * (math.sin(math.radians(50)) - math.sin(math.radians(49))))
+    assert problem.gamma_0[0] == pytest.approx(-rod.l * math.cos(math.radians(50)) * speed, rel=1e-4)
+    assert problem.c[0] == pytest.approx(problem.gamma_0[0], rel=1e-2) and problem.kinds.tolist() == [[UNILATERAL, 1]]
+    assert problem.solve().status == failure.solution.status == ns.Status.NO_SOLUTION
 
 
 def test_a_problem_that_has_a_solution_is_solved_where_it_is_replayed(tmp_path):
