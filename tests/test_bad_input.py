@@ -215,6 +215,7 @@ CALLS = {
     }),
     "continue_cycle": (ns.continue_cycle, {
         "system": BELT, "parameter": "vb", "values": [0.2], "cycle": None, "rtol": 1e-9,
+        "forcing": None, "state": None, "duration": None,
     }),
     "bifurcation_diagram": (ns.bifurcation_diagram, {
         "system": BELT, "parameter": "vb", "values": [0.2, 0.3], "coordinate": 0, "start": None, "duration": 12.0,

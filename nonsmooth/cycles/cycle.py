@@ -143,12 +143,12 @@ class LimitCycle(Worded):
 
     @cached_property
     def extremes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest (q, u), (2 n_q,) each."""
+        """Least and largest (q, u), (2 n_q,) each; of coordinates that go on, without their mean motion."""
         return _extremes(self)
 
     @property
     def amplitudes(self) -> np.ndarray:
-        """(max q - min q)/2 of each coordinate."""
+        """(max q - min q)/2 of each coordinate; of those that go on, without their mean motion."""
         low, high = self.extremes
         return 0.5 * (high - low)[: self.system.n_q]
 
@@ -175,15 +175,18 @@ def _extremes(cycle: LimitCycle) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest of every state: from samples, then the vertex where the rate changes its sign."""
     from scipy.optimize import brentq
 
-    x = np.concatenate([cycle.q, cycle.u], axis=1)
+    n = cycle.system.n_q
+    mean = np.zeros(2 * n)  # rates at which coordinates go on
+    mean[: cycle.drift.size] = cycle.drift / cycle.period
+    x = np.concatenate([cycle.q, cycle.u], axis=1) - np.outer(cycle.t, mean)
     low, high = x.min(axis=0), x.max(axis=0)
     for phase in cycle.phases:
         flow = mode_flow(cycle.system, phase.states)
         curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=RATE_PIECES)
         s = np.linspace(0, phase.duration, RATE_PIECES + 1)
-        rates = np.array([flow.rate(x).real for x in curve(s).T])[:, : x.shape[1]]
+        rates = np.array([flow.rate(x).real for x in curve(s).T])[:, : 2 * n] - mean
         for k, j in zip(*np.nonzero(rates[:-1] * rates[1:] < 0), strict=True):
-            vertex = brentq(lambda time, j=j, c=curve, f=flow: f.rate(c(time)).real[j], s[k], s[k + 1], xtol=1e-14)
-            value = curve(vertex)[j]
+            vertex = brentq(lambda s, j=j, c=curve, f=flow: f.rate(c(s)).real[j] - mean[j], s[k], s[k + 1], xtol=1e-14)
+            value = curve(vertex)[j] - mean[j] * (phase.begins + vertex)
             low[j], high[j] = min(low[j], value), max(high[j], value)
     return low, high

@@ -19,8 +19,9 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_name, as_tolerance, as_vector
 from nonsmooth.cycles.arclength import follow_arc
 from nonsmooth.cycles.cycle import LimitCycle
-from nonsmooth.cycles.cycle_margins import least_p, least_slip, paradox_at
+from nonsmooth.cycles.cycle_margins import least_p, paradox_at
 from nonsmooth.cycles.drift import NONE, find_drift
+from nonsmooth.cycles.grazing_fold import GrazingFold, fold_of_sticking, grazing_value
 from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.cycles.mode_sequence import ContactLost, period_of, sequence_near
 from nonsmooth.cycles.phase import PhaseGuess
@@ -28,6 +29,7 @@ from nonsmooth.cycles.shooting import OtherSequence, Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.start import answers_start
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
@@ -42,7 +44,7 @@ SAME_BRANCH = 0.3  # chosen: of the amplitude: a cycle that simulation finds so 
 SETTLE = 60  # chosen: periods that a motion is given to settle where its sequence of modes has changed
 BRANCH_DEGREE = 3  # chosen: of the polynomial along the branch by which the next cycle is predicted
 ENTRY_ACCURACY = 1e-9  # chosen: relative accuracy of the value at which a cycle enters a paradox
-GRAZE_ACCURACY = 1e-12  # chosen: relative accuracy of the value at which a cycle grazes
+TURNS_AT_GRAZING = "the cycle that sticks and the one that never stops meet where both just stop"
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,7 @@ class CycleBranch(Worded):
         return np.array([cycle.amplitudes for cycle in self.cycles])
 
 
+@answers_start
 def continue_cycle(
     system: Any,
     parameter: str,
@@ -117,6 +120,8 @@ def continue_cycle(
     cycle: LimitCycle | None = None,
     rtol: float = 1e-9,
     forcing: float | None = None,
+    state: Any = None,
+    duration: float | None = None,
 ) -> CycleBranch:
     """Follow a cycle along a parameter.
 
@@ -132,6 +137,8 @@ def continue_cycle(
         Relative accuracy of the integration along the branch.
     forcing : float, optional
         Period of the excitation [s], as of `limit_cycle`.
+    state, duration : optional
+        Where the simulation begins that finds the first cycle, and how long it is [s], as of `limit_cycle`.
 
     Returns
     -------
@@ -150,7 +157,8 @@ def continue_cycle(
     as_name("parameter", parameter, system.parameter_values)
     rtol = as_tolerance("rtol", rtol)
     first = system.with_parameters(**{parameter: float(grid[0])})
-    branch = _Growing(system, parameter, rtol, [float(grid[0])], [limit_cycle(first, cycle, forcing=forcing)], [])
+    begun = limit_cycle(first, cycle, duration, forcing=forcing, state=state)
+    branch = _Growing(system, parameter, rtol, [float(grid[0])], [begun], [])
     k, direction, turns = 1, 1, 0
     while 0 <= k < grid.size:
         tell(k / grid.size)
@@ -223,6 +231,9 @@ class _Growing:
                 return self._round_the_arc(value)
             except InvalidInput:
                 pass
+        fold = self._grazing_fold(value)
+        if fold is not None:
+            return self._turn(value, fold.value, fold.grazing, fold.beyond, TURNS_AT_GRAZING)
         return self._end(value, message) if found is None else self._change(value, found, str(broken))
 
     def _with_another_sequence(self, value: float, guess: list[PhaseGuess], broken: InvalidInput) -> LimitCycle | None:
@@ -244,15 +255,36 @@ class _Growing:
         way = follow_arc(self.at, self.cycles[-1], before, value - before, self.rtol)
         if way.fold is None and way.cycle is not None:
             return self._add(value, way.cycle)
-        if way.fold is not None and way.turning is not None:
-            self.changes.append(CycleChange("fold", way.fold, before, value))
-            self.values.append(way.fold)
-            self.cycles.append(way.turning)
-        if way.cycle is None:
+        if way.fold is None or way.turning is None:
             return self._end(value, way.message)
+        return self._turn(value, way.fold, way.turning, way.cycle, way.message)
+
+    def _turn(self, value: float, fold: float, turning: LimitCycle, beyond: LimitCycle | None, message: str) -> str:
+        """Add a fold, the cycle there, and the one beyond it at the value before."""
+        before = self.values[-1]
+        self.changes.append(CycleChange("fold", fold, before, value, message if beyond is not None else ""))
+        self.values.append(fold)
+        self.cycles.append(turning)
+        if beyond is None:
+            return self._end(value, message)
         self.values.append(before)
-        self.cycles.append(way.cycle)
+        self.cycles.append(beyond)
         return "turned"
+
+    def _grazing_fold(self, value: float) -> GrazingFold | None:
+        """The fold at a cycle that grazes, where there is one."""
+        last, before = self.cycles[-1], self.values[-1]
+        try:
+            if any(phase.sticks for phase in last.phases):
+                return fold_of_sticking(self.at, last, before, value)
+            place = grazing_value(self.at, (before, value), last)
+            if place is None:
+                return None
+            grazing = Shooting(self.at(place), last.guesses(), last.scale, **last.closing).solve(checked=False)
+            beyond = _resimulated(self.at(before), grazing)
+            return GrazingFold(place, grazing, beyond) if any(phase.sticks for phase in beyond.phases) else None
+        except (InvalidInput, StepFailure):
+            return None
 
     def _end(self, value: float, message: str) -> str:
         before = self.values[-1]
@@ -358,22 +390,8 @@ def _changed(
     free = cycles[int(np.argmin(sticks))]
     stops = any(phase.sticks or (phase.ends_by and phase.ends_by[1] == "slip") for phase in free.phases)
     if kind != "new sequence" and not stops:
-        value = _grazing(system, parameter, values, free)
+        value = grazing_value(lambda value: system.with_parameters(**{parameter: value}), values, free) or value
     return CycleChange(kind, value, *values, message)
-
-
-def _grazing(system: System, parameter: str, values: tuple[float, float], free: LimitCycle) -> float:
-    """Where the cycle that never stops sliding first does."""
-    from scipy.optimize import brentq
-
-    def margin(value: float) -> float:
-        moved = system.with_parameters(**{parameter: value})
-        return least_slip(Shooting(moved, free.guesses(), free.scale, **free.closing).solve(checked=False))
-
-    low, high = margin(values[0]), margin(values[1])
-    if low * high > 0:
-        return 0.5 * (values[0] + values[1])
-    return float(brentq(margin, *values, xtol=1e-300, rtol=GRAZE_ACCURACY))
 
 
 def crossing(before: np.ndarray, after: np.ndarray) -> str:

@@ -35,6 +35,7 @@ from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.numerics.complex_step import jacobian
+from nonsmooth.numerics.rounding import EPS
 
 SHOOTING_NEWTON_STEPS = 20  # chosen: Newton steps before a guess is given up
 SHOOTING_PATIENCE = 6  # chosen: Newton steps in which their size must halve at least
@@ -45,6 +46,7 @@ MARGIN_SAMPLES = 48  # chosen: of a phase, at which its margins are looked at
 CURVE = 4  # chosen: times as many points of its curve are kept
 BROKEN_MARGIN = 1e-7  # chosen: of a margin's largest value: so far below zero it may fall by rounding at an event
 COLLAPSED = 1e-3  # chosen: of the guess's extent: a smaller cycle is an equilibrium, which solves the same equations
+CLOSING_TOLERANCES = 1e3  # chosen: tolerances of the integration, and roundings of a state, that a residual may have
 STRETCHED = 10  # chosen: times the period of the guess: a longer one is a Newton iteration gone astray
 AT_REST = "the guess leads back to a state of rest, not to a cycle; give a nearer one"
 
@@ -130,16 +132,20 @@ class Shooting:
         return extent
 
     def _across(self) -> np.ndarray:
-        """(d, d) projection of a state over its scale on what is across the directions of the drift."""
+        """(d, d) projection of a state over its scale on what drifts not: shifted until its pivots are zero, as in
+        `Drift.rest`, so that a coordinate closes relative to the drive that it follows. ``along`` (k, d) picks the
+        pivots, ``shifts`` (k, d) have a pivot of 1 each."""
         n, d = self.system.n_q, self.x.shape[1]
-        if not self.drift:
-            self.along = np.zeros((0, d))
-            return np.eye(d)
-        shifts = np.zeros((len(self.drift), d))
-        shifts[:, :n] = self.drift.directions[:, :-1]
-        shifts[:, 2 * n :] = self.drift.directions[:, -1:][:, : d - 2 * n]
-        self.along = np.linalg.qr((shifts / self.scale).T)[0].T
-        return np.eye(d) - self.along.T @ self.along
+        k = 0 if self.drift is None else len(self.drift)
+        self.along, self.shifts = np.zeros((k, d)), np.zeros((k, d))
+        if self.drift is not None and k:
+            columns = [*range(n), *range(2 * n, d)]  # of q, and of t where it is part of the state
+            directions = self.drift.directions[:, : len(columns)]
+            pivots = [columns[pivot] for pivot in self.drift.pivots]
+            self.along[range(k), pivots] = 1.0
+            self.shifts[:, columns] = directions / self.scale[columns]
+            self.shifts *= self.scale[pivots][:, None]
+        return np.eye(d) - self.shifts.T @ self.along
 
     def solve(self, checked: bool = True) -> LimitCycle:
         """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
@@ -273,9 +279,11 @@ class Shooting:
             states_i, x_i = self.guess[i].states, self.x[i].copy()
             phases.append(CyclePhase(states_i, float(begins[i]), float(self.T[i]), x_i, link.ends_by, link.jump))
         x = np.concatenate(states)
-        if (np.ptp(x / self.scale @ self.across, axis=0)[: 2 * n] <= COLLAPSED).all():
+        if (np.ptp(x / self.scale @ self.across.T, axis=0)[: 2 * n] <= COLLAPSED).all():
             raise AtRest(AT_REST)
-        gone = (self.along.T @ (self.along @ ((after - self._next(len(self.x) - 1)) / self.scale)))[:n] * self.scale[:n]
+        self._require_closed(residual, x[:, n : 2 * n])
+        missed = (after - self._next(len(self.x) - 1)) / self.scale
+        gone = (self.shifts.T @ (self.along @ missed))[:n] * self.scale[:n]
         multipliers, shift = self._multipliers()
         return LimitCycle(
             self.system,
@@ -291,6 +299,17 @@ class Shooting:
             gone,
             self.drift is not None and len(self.drift) > 0,
         )
+
+    def _require_closed(self, residual: float, u: np.ndarray) -> None:
+        """Raise unless the phases close to rounding, and the velocities vary by more than is left."""
+        rounding = EPS * float((np.abs(self.x) / self.scale).max())
+        if residual > CLOSING_TOLERANCES * max(self.rtol, rounding):
+            raise InvalidInput(
+                f"the cycle does not close: its phases miss one another by {residual:.2g} of the motion's extent, more "
+                "than rounding; simulate for longer, or give a nearer guess"
+            )
+        if (np.ptp(u, axis=0) <= max(residual, CLOSING_TOLERANCES * EPS) * np.abs(u).max()).all():
+            raise AtRest(AT_REST)
 
     def _check(self, i: int, s: np.ndarray, path: np.ndarray) -> None:
         """Raise when a margin falls below zero within a phase: another event would have come first."""

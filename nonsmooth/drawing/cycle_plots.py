@@ -114,11 +114,10 @@ def plot_branch(
     rows = figure.subplots(3, 1, sharex=True)
     for k, (name, branch) in enumerate(family.items()):
         stable = np.array([cycle.is_stable for cycle in branch.cycles])
-        curves = [(branch.values, branch.amplitudes[:, coordinate]), (branch.values, branch.periods)]
-        for axes, (x, y) in zip(rows, [*curves, stick_with_ends(branch)], strict=True):
-            for kind, style in ((stable, "-"), (~stable, "--")):
-                if kind.any():
-                    is_shown = np.interp(x, branch.values, kind) > 0.5 * (len(branch.values) > 1)
+        curves = [(branch.values, part, stable) for part in (branch.amplitudes[:, coordinate], branch.periods)]
+        for axes, (x, y, of_stable) in zip(rows, [*curves, stick_with_ends(branch, stable)], strict=True):
+            for is_shown, style in ((of_stable, "-"), (~of_stable, "--")):
+                if is_shown.any():
                     axes.plot(x, np.where(is_shown, y, np.nan), style, color=CYCLE[k % len(CYCLE)], lw=1.6,
                               label=name if style == "-" and name else None)  # fmt: skip
         draw_changes(rows, branch)
@@ -149,15 +148,17 @@ def draw_changes(rows: Any, branch: CycleBranch) -> None:
         rows[1].set_title("\n".join(line for line in said if line), loc="left", fontsize=LETTER, color=RED)
 
 
-def stick_with_ends(branch: CycleBranch) -> tuple[np.ndarray, np.ndarray]:
-    """Values and durations of sticking, with a zero where it ends or begins: between two cycles none is known."""
+def stick_with_ends(branch: CycleBranch, stable: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values, durations of sticking and stability, with a zero where it ends or begins: between two cycles none is
+    known."""
     values, stick = branch.values, branch.stick_durations
     for change in branch.changes:
-        k = int(np.searchsorted(values, change.value))
-        beside = stick[max(k - 1, 0) : k + 1]
-        if change.kind.startswith("stick") and not beside.all():
+        beside = np.flatnonzero((values[:-1] == change.before) & (values[1:] == change.after))
+        if change.kind.startswith("stick") and beside.size and not stick[beside[0] : beside[0] + 2].all():
+            k = beside[0] + 1
             values, stick = np.insert(values, k, change.value), np.insert(stick, k, 0.0)
-    return values, stick
+            stable = np.insert(stable, k, stable[k - 1])
+    return values, stick, stable
 
 
 def plot_waterfall(

@@ -115,6 +115,57 @@ def test_a_constant_drive_gives_the_cycle_of_the_frame_that_turns_with_it():
     assert outside.drift == pytest.approx([Drill().W * outside.period], rel=1e-12)
     assert (inside.drift == 0).all() and not inside.drifts
     assert outside.multipliers == pytest.approx(inside.multipliers, abs=1e-6)  # a stick each
+    assert outside.amplitudes == pytest.approx(inside.amplitudes, rel=1e-9)  # without what it goes on
+    assert max(outside.residual, inside.residual) < 1e-9
+
+
+class Dragged(NamedTuple):
+    """A disc that a turning drive drags through a spring and a damper over dry friction."""
+
+    W: float = 1.5
+    k: float = 9.0
+    c: float = 0.2
+    m2: float = 0.0  # of a second disc on a shaft to the first
+
+
+def of_one(t, q, p, M):
+    M[0, 0] = 1.0
+
+
+def dragged(t, q, u, p, h):
+    h[0] = p.k * (p.W * t - q[0]) + p.c * (p.W - u[0])
+
+
+def of_two(t, q, p, M):
+    M[0, 0], M[1, 1] = 1.0, p.m2
+
+
+def dragged_with_another(t, q, u, p, h):
+    shaft = 7.0 * (q[1] - q[0]) + 0.1 * (u[1] - u[0])
+    h[0] = p.k * (p.W * t - q[0]) + p.c * (p.W - u[0]) + shaft
+    h[1] = -shaft
+
+
+def under_it(t, q, p, W_F):
+    W_F[0, 0, 0] = 1.0
+
+
+def steady_load(t, q, u, p, N):
+    N[0] = 2.0
+
+
+DRY = {"tangent": under_it, "normal_force": steady_load, "contacts": [ns.Contact(mu=0.3, normal_force=True)]}
+
+
+@pytest.mark.parametrize("duration", [60.0, 100.0, 140.0, 160.0, 185.0, 220.0])
+@pytest.mark.parametrize(("bodies", "change"), [(1, {}), (1, {"W": 0.4, "k": 2.0}), (1, {"c": 0.11}), (2, {"m2": 0.6})])
+def test_a_transient_that_decays_towards_steady_turning_is_no_cycle(duration, bodies, change):
+    """The disc slides at all times, so the system is linear and damped: nothing but steady turning repeats."""
+    mass, force = (of_one, dragged) if bodies == 1 else (of_two, dragged_with_another)
+    p = Dragged(**change)
+    system = ns.System(n_q=bodies, mass=mass, force=force, parameters=p, **DRY)
+    with pytest.raises(ns.InvalidInput, match="goes on steadily|leads back to a state of rest|dies out|oscillate"):
+        ns.limit_cycle(system, ([0.0] * bodies, [0.93 * p.W] * bodies), duration=duration)
 
 
 def test_two_discs_on_a_shaft_turn_on_together():
@@ -132,6 +183,16 @@ def test_two_discs_on_a_shaft_turn_on_together():
     samples = ns.simulate(drill_of_two_discs(), (0, cycle.period), start.q, start.u, integrator=ns.EventDriven(1e-11))
     motor = Drill().d * (Drill().W * cycle.period - cycle.drift[0])  # impulse of the motor's torque in a period
     assert motor == pytest.approx(-samples.P_F.sum(), rel=1e-8)
+
+
+def test_a_branch_of_a_system_of_ones_own_begins_at_a_state():
+    started = ns.continue_cycle(drill(), "W", [1.0, 1.1], state=([0.0], [0.1]), duration=20.0)
+    handed = ns.continue_cycle(drill(), "W", [1.0, 1.1], cycle=ns.limit_cycle(drill(), ([0.0], [0.1]), duration=20.0))
+    assert started.periods == pytest.approx(handed.periods, rel=1e-9) and not started.changes
+    with pytest.raises(ns.InvalidInput, match=r"no default state; give state=\(q0, u0\)"):
+        ns.continue_cycle(drill(), "W", [1.0, 1.1])
+    with pytest.raises(ns.InvalidInput, match="no t_end of its own; give duration="):
+        ns.continue_cycle(drill(), "W", [1.0, 1.1], state=([0.0], [0.1]))
 
 
 def test_the_rate_of_the_drive_can_be_followed():

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import nonsmooth as ns
 from models import BeltOscillator, SpragSlip
@@ -111,3 +113,108 @@ def test_least_p_is_that_of_classify_and_of_the_closed_form():
 
 def test_cycle_of_a_given_normal_force_meets_no_paradox():
     assert least_p(ns.limit_cycle(BeltOscillator(vb=0.2)))[0] == math.inf
+
+
+# where steady sliding is stable beside the cycle: the fold is at the cycle that grazes
+
+
+class Belt(NamedTuple):
+    """A unit mass and spring on a belt whose friction falls with the speed, mu_k + (mu_s - mu_k) exp(-v/v_s)."""
+
+    v: float = 2.4
+    c: float = 0.02
+    mu_s: float = 0.4
+    mu_k: float = 0.2
+    v_s: float = 0.5
+
+
+def on_the_belt(t, q, u, p, h):
+    h[0] = -q[0] - p.c * u[0]
+
+
+def along_the_belt(t, q, p, W_F):
+    W_F[0, 0, 0] = 1.0
+
+
+def speed_of_the_belt(t, q, p, w_F):
+    w_F[0, 0] = -p.v
+
+
+def unit_load(t, q, u, p, N):
+    N[0] = 1.0
+
+
+def belt(**change):
+    p = Belt(**change)
+    law = ns.Stribeck(mu_s=p.mu_s, mu_k=p.mu_k, v_s=p.v_s, delta=1.0, m_v=0.0)
+    return ns.System(coordinates=["x"], mass=mass, force=on_the_belt, tangent=along_the_belt, parameters=p,
+                     surface_velocity=speed_of_the_belt, normal_force=unit_load,
+                     contacts=[ns.Contact(mu=law, normal_force=True)])  # fmt: skip
+
+
+def speed_where_the_sliding_cycle_grazes(p):
+    """From the speed of the belt, where its friction lets go of the mass (x'' = 0), the mass slides to its next
+    greatest speed: that of the belt again."""
+
+    def rate(t, y, v):
+        return [y[1], -y[0] - p.c * y[1] + p.mu_k + (p.mu_s - p.mu_k) * math.exp(-(v - y[1]) / p.v_s)]
+
+    def comes_short(v):
+        def at_its_greatest(t, y):
+            return rate(t, y, v)[1]
+
+        at_its_greatest.direction, at_its_greatest.terminal = -1, True
+        begins = [p.mu_s - p.c * v, v]
+        aside = solve_ivp(lambda t, y: rate(t, y, v), (0, 0.1), begins, rtol=1e-12, atol=1e-13).y[:, -1]
+        found = solve_ivp(lambda t, y: rate(t, y, v), (0, 20), aside, events=at_its_greatest, rtol=1e-12, atol=1e-13)
+        return found.y[1, -1] - v
+
+    return brentq(comes_short, 2.0, 4.0, xtol=1e-11)
+
+
+def test_a_stick_slip_cycle_beside_stable_sliding_meets_the_unstable_one_at_the_cycle_that_grazes():
+    values = [2.6, 2.8, 3.0, 3.2]
+    branch = ns.continue_cycle(belt(), "v", values, state=([0.4], [2.6]), duration=300.0)
+    (fold,) = [change for change in branch.changes if change.kind == "fold"]
+    assert fold.value == pytest.approx(speed_where_the_sliding_cycle_grazes(Belt()), rel=1e-8)
+    assert branch.values.tolist() == [2.6, 2.8, 3.0, fold.value, 3.0, 2.8, 2.6]
+    sticking, free = branch.cycles[:3], branch.cycles[3:]
+    assert all(cycle.stick_duration > 0 and cycle.is_stable for cycle in sticking)
+    assert all(cycle.stick_duration == 0 and abs(cycle.multipliers[0]) > 1.2 for cycle in free)
+    for outer, inner in zip(sticking, free[:0:-1], strict=True):
+        assert inner.amplitudes[0] < outer.amplitudes[0]
+    # from the one side of the unstable cycle the mass goes to steady sliding, from the other to the stick-slip motion
+    inner, at = free[-1], belt(v=2.6)
+    for share, ends in ((0.97, 0.0), (1.03, sticking[0].amplitudes[0])):
+        start = [(inner.q[0] - 0.2) * share + 0.2, inner.u[0] * share]
+        run = ns.simulate(at, (0, 400.0), *start, integrator=ns.EventDriven(1e-9, 1e-11))
+        late = run.t > 390.0
+        assert 0.5 * np.ptp(run.q[late, 0]) == pytest.approx(ends, abs=0.2)
+
+
+def test_the_branch_turns_where_the_unstable_cycle_begins_to_stick_too():
+    stable = ns.limit_cycle(belt(v=3.0), ([0.4], [3.0]), duration=300.0)
+    branch = ns.continue_cycle(belt(), "v", [3.0, 3.2], cycle=stable)
+    unstable = branch.cycles[-1]
+    back = ns.continue_cycle(belt(), "v", [3.0, 3.2], cycle=unstable)
+    assert [change.kind for change in back.changes] == ["fold"]
+    assert back.changes[0].value == pytest.approx(branch.changes[0].value, rel=1e-9)
+    assert back.cycles[-1].period == pytest.approx(stable.period, rel=1e-8) and back.cycles[-1].stick_duration > 0
+
+
+def test_a_smooth_fold_beside_stable_sliding_is_gone_round():
+    """The quintic oscillator on a belt that is faster than it ever is: Coulomb's force is constant."""
+    fast = ns.System(
+        coordinates=["x"], mass=mass, force=force, tangent=along_the_belt, surface_velocity=fast_belt,
+        normal_force=unit_load, contacts=[ns.Contact(mu=0.3, normal_force=True)], parameters=Quintic(),
+    )  # fmt: skip
+    values = [0.02, 0.03, 0.04, 0.05]
+    on_it = ns.continue_cycle(fast, "d", values, state=([2.0], [0.0]), duration=200.0)
+    alone = ns.continue_cycle(oscillator(), "d", values, state=([1.7], [0.0]), duration=200.0)
+    assert [change.kind for change in on_it.changes] == [change.kind for change in alone.changes] == ["fold"]
+    assert on_it.changes[0].value == pytest.approx(alone.changes[0].value, rel=1e-8)
+    assert on_it.amplitudes == pytest.approx(alone.amplitudes, rel=1e-6)
+
+
+def fast_belt(t, q, p, w_F):
+    w_F[0, 0] = -30.0
