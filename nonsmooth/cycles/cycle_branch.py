@@ -72,6 +72,17 @@ class CycleChange:
     after: float
     message: str = ""
 
+    @property
+    def is_located(self) -> bool:
+        """Whether the value was found, and is not the middle of the two."""
+        return self.value != 0.5 * (self.before + self.after)
+
+    def where(self, digits: int) -> str:
+        """The value in words, or the two between which it lies."""
+        if self.is_located:
+            return f"at {self.value:.{digits}g}"
+        return f"between {self.before:.{digits}g} and {self.after:.{digits}g}"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CycleBranch(Worded):

@@ -138,11 +138,15 @@ def plot_branch(
 
 
 def draw_changes(rows: Any, branch: CycleBranch) -> None:
-    """A line at each change, numbered above where there are several, with its kind in the legend of the period."""
+    """A line at each change, or a strip where it is known to lie between two values only, with its kind in the legend
+    of the period."""
     for axes in rows:
         for change in branch.changes:
-            axes.axvline(change.value, color=RED, ls=":", lw=1.1)
-    text = "; ".join(f"{change.kind} at {change.value:.5g}" for change in branch.changes)
+            if change.is_located:
+                axes.axvline(change.value, color=RED, ls=":", lw=1.1)
+            else:
+                axes.axvspan(*sorted((change.before, change.after)), color=RED, alpha=0.12, lw=0)
+    text = "; ".join(f"{change.kind} {change.where(6)}" for change in branch.changes)
     if text:
         said = [*rows[1].get_title("left").split("\n"), *textwrap.wrap(text, CHANGE_LETTERS)]
         rows[1].set_title("\n".join(line for line in said if line), loc="left", fontsize=LETTER, color=RED)
@@ -189,8 +193,8 @@ def plot_waterfall(
 
 
 def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = None, label: str = "") -> Any:
-    """Local maxima, or the points of a section, upwards as small dots, downwards as rings around them; a bar below
-    where a contact opened.
+    """Local maxima, or the points of a section, upwards as small dots, downwards as rings around them; crosses where
+    the motion has not settled; a bar below where a contact opened.
 
     Where both ways find the same motion a ring has its dot; a dot or a ring alone is one of several motions.
     """
@@ -202,7 +206,11 @@ def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = Non
     )
     for k, (name, maxima, shade, style) in enumerate(directions):
         x = np.concatenate([np.full(len(peaks), v) for v, peaks in zip(diagram.values, maxima, strict=True)])
-        axes.plot(x, np.concatenate(maxima), "o", color=shade, ls="", label=name, **style)
+        settled = np.repeat(diagram.settled[k], [len(peaks) for peaks in maxima])
+        y = np.concatenate(maxima)
+        axes.plot(x[settled], y[settled], "o", color=shade, ls="", label=name, **style)
+        if not settled.all():
+            axes.plot(x[~settled], y[~settled], "x", color=shade, ls="", ms=4.0, mew=0.7, label=f"{name}, not settled")
         lost = diagram.values[diagram.opens[k]]
         axes.plot(lost, np.full(len(lost), 0.015 + 0.025 * k), "|", color=shade, ms=5,
                   transform=axes.get_xaxis_transform(), label=f"opens, {name}" if len(lost) else None)  # fmt: skip

@@ -141,16 +141,17 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
             for end, marker, fill in ((0, "o", "white"), (-1, "s", colour)):
                 if shown[end]:
                     locus.plot(s.real[end], s.imag[end], marker, color=colour, mfc=fill, ms=5)
-        for before, after, was, verdict in curve.changes:
-            met = values[(values > before) & (values < after)]
-            if Verdict.NEGATIVE_INERTIA in (was, verdict):
-                x = where_inertia_vanishes(curve, before, after)
-            else:
-                x = float(met[0]) if len(met) else where_growth_vanishes(curve, before, after)
+        for before, after, _, verdict in curve.changes:
+            edge = curve.boundary(before, after)
             for axes in (above, below):
-                axes.axvline(x, color=colour, ls=":", lw=1)
+                if edge is not None:
+                    axes.axvline(edge.value, color=colour, ls=":", lw=1)
+                else:
+                    axes.axvspan(*sorted((before, after)), color=colour, alpha=0.15, lw=0)
             text = verdict.name.lower().replace("_", " ")
-            said.append(f"{label + ': ' if label else ''}{text} from {curve.parameter} = {x:.5g}")
+            where = f"from {curve.parameter} = {edge.value:.9g}" if edge is not None else \
+                f"from between {curve.parameter} = {before:.5g} and {after:.5g}"  # fmt: skip
+            said.append(f"{label + ': ' if label else ''}{text} {where}")
     first = next(iter(family.values()))
     above.set_ylabel("growth Re $s$\n[1/s]")
     below.set_ylabel("frequency Im $s$\n[rad/s]")
@@ -207,12 +208,6 @@ def meeting(before: np.ndarray, after: np.ndarray) -> float:
     d_0, d_1 = (before[0] - before[1]) ** 2, (after[0] - after[1]) ** 2
     is_real = all(abs(d.imag) < NEARLY_REAL * abs(d) for d in (d_0, d_1))
     return round(float(d_0.real / (d_0 - d_1).real), 9) if is_real and d_0.real * d_1.real < 0 else np.nan
-
-
-def where_growth_vanishes(curve: EigenPath, before: float, after: float) -> float:
-    """Between two values of the parameter, linear; the middle where the growth keeps its sign."""
-    g_0, g_1 = (float(curve.growth[np.abs(curve.values - value).argmin()]) for value in (before, after))
-    return before + (after - before) * (g_0 / (g_0 - g_1) if g_0 * g_1 < 0 else 0.5)
 
 
 def where_inertia_vanishes(curve: EigenPath, before: float, after: float) -> float:

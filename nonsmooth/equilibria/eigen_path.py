@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_name, as_vector
 from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow_equilibrium
+from nonsmooth.equilibria.flutter_boundary import StabilityBoundary, flutter_boundary
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.model_system import as_system
@@ -79,6 +80,18 @@ class EigenPath(Worded):
             (float(self.values[i]), float(self.values[i + 1]), Verdict(self.verdicts[i]), Verdict(self.verdicts[i + 1]))
             for i in k
         ]
+
+    def boundary(self, before: float, after: float) -> StabilityBoundary | None:
+        """Where stability is lost or regained between two of the values, solved to rounding; None where both are stable
+        or both unstable, or nothing is found."""
+        k, j = (int(np.argmin(np.abs(self.values - value))) for value in (before, after))
+        if (self.verdicts[k] > Verdict.MARGINAL) == (self.verdicts[j] > Verdict.MARGINAL):
+            return None
+        at = self.points[k].equilibrium
+        try:
+            return flutter_boundary(at.mode.system, self.parameter, (before, after), at)
+        except InvalidInput:
+            return None
 
     def plot(self, path: str | Path | None = None, unit: str = "") -> Any:
         """Growth rates and frequencies against the parameter, and the root locus: see `plot_eigen_path`."""

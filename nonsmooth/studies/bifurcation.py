@@ -55,13 +55,17 @@ def table(diagram: BifurcationDiagram) -> str:
     """A line for each value: how many points there are upwards and downwards, and the first of them."""
     what = "local maxima" if diagram.periods is None else "points once a period of the forcing"
     lines = [f"{what} of {diagram.coordinate_label}", f"{diagram.parameter:>12}  upwards; downwards"]
-    for value, up, down in zip(diagram.values, diagram.upwards, diagram.downwards, strict=True):
-        lines.append(f"{value:12.6g}  {points(up)}; {points(down)}")
+    for value, up, down, settled in zip(
+        diagram.values, diagram.upwards, diagram.downwards, diagram.settled.T, strict=True
+    ):
+        lines.append(f"{value:12.6g}  {points(up, settled[0])}; {points(down, settled[1])}")
     return "\n".join(lines)
 
 
-def points(found: np.ndarray) -> str:
-    """The number of points, and the first of them."""
+def points(found: np.ndarray, is_settled: bool) -> str:
+    """The number of points, and the first of them; and whether they are not those of a settled motion."""
+    if not is_settled:
+        return f"not settled, {points(found, True)}"
     if not len(found):
         return "none"
     more = ", ..." if len(found) > SHOWN_POINTS else ""

@@ -2,8 +2,8 @@
 
 Each value starts from the state in which the motion of the value before ended, so that two attractors that coexist show
 as different diagrams upwards and downwards: a chain, which is one cell of a sweep over the starts. Nothing is assumed
-of the motion: it may be at rest, periodic or not; where it has not settled within the given duration its maxima show as
-a streak.
+of the motion: it may be at rest, periodic or not. It has settled where its range and its maxima are the same in both
+halves of the second half of its simulation; what has not is marked wherever it is drawn or printed.
 
 Of a forced system the coordinate is looked at once a period of the forcing instead,
 
@@ -35,6 +35,7 @@ from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
+from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE
 from nonsmooth.sweeps.sweep import require_whole, sweep
 from nonsmooth.sweeps.task import identity_of_model
 from nonsmooth.views import Worded, view
@@ -44,7 +45,8 @@ if TYPE_CHECKING:
 
     from nonsmooth.results.solution import Solution
 
-LATE = 0.2  # chosen: last part of each simulation, which is looked at
+LATE = 0.2  # chosen: last part of each simulation, whose points are kept
+SECOND_HALF = 0.5  # chosen: of a simulation, in which it is seen whether it has settled
 DISTINCT_MAXIMA = 1e-4  # chosen: of the coordinate's extent over the diagram: maxima nearer than that count as one
 LEAST_SECTIONS = 8  # chosen: points of a section: a motion of as many periods is told from one that has not settled
 PERIODS: dict[str, Callable[[float], float]] = {  # of a forcing, by the unit of the parameter that says it
@@ -75,6 +77,10 @@ class BifurcationDiagram(Worded):
         Whose motions they are; it names the axes of the figure.
     periods : ndarray (k,), optional
         Of the forcing at each value [s], where the diagram is a section.
+    change : ndarray (2, k), optional
+        By which part of its range a motion differs between the two halves of the second half of its simulation, in its
+        range or its points (which time steps know to a step); of several starts the largest. Zero where it comes to
+        rest within a hundredth of the diagram's extent.
     """
 
     parameter: str
@@ -86,6 +92,12 @@ class BifurcationDiagram(Worded):
     coordinate_label: str = ""
     system: System | None = field(default=None, repr=False)
     periods: np.ndarray | None = None
+    change: np.ndarray | None = None
+
+    @property
+    def settled(self) -> np.ndarray:
+        """Whether the motions have settled (2, k), upwards and downwards: they change by a hundredth at most."""
+        return np.ones(self.opens.shape, bool) if self.change is None else self.change <= SETTLED_AMPLITUDE
 
     def plot(self, path: str | Path | None = None, label: str = "") -> Any:
         """The maxima or the section against the parameter: see `plot_bifurcations`."""
@@ -151,7 +163,8 @@ def bifurcation_diagram(
     Warns
     -----
     UnsettledWarning
-        Where a motion has no maximum in the last fifth, being slower than that, or drifting.
+        Where a motion has not settled, or never repeats; and where it has no maximum in the last fifth, being slower
+        than that, or drifting.
 
     Examples
     --------
@@ -193,18 +206,23 @@ def bifurcation_diagram(
     step = as_positive("dt", dt, "s") if needs_dt else math.inf
     periods = None if forcing is None else periods_along(as_system(system), parameter, grid, forcing, span)
     if periods is None:
-        require_memory(WORD * LATE * span / step, "the records of each value", "take a larger dt or a shorter duration")
+        require_memory(
+            WORD * SECOND_HALF * span / step, "the records of each value", "take a larger dt or a shorter duration"
+        )
     starts = as_starts(own() if start is None and own else start, system)
     looks = [late_part(span, step)] * grid.size if periods is None else [section(span, T) for T in periods.tolist()]
     steps = MoreauJean(step) if integrator is None else integrator
     chain = Chain(
         system, parameter, np.concatenate([grid, grid[::-1]]), coordinate, starts, looks + looks[::-1],
         [steps] * (2 * grid.size) if periods is None else [whole_steps(steps, T) for T in [*periods, *periods[::-1]]],
+        periods is not None,
     )  # fmt: skip
     starting = {"start": range(len(starts))}
     found = require_whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
     late, opens = found.late.values, (found.opens.values > 0).any(axis=0)
     extent = np.nanmax(late) - np.nanmin(late)
+    rests = found.size.values <= SETTLED_AMPLITUDE * max(extent, np.nanmax(np.abs(late)))
+    change = np.where(rests & (found.grows.values == 0), 0.0, found.change.values).max(axis=0)
     distinct = DISTINCT_MAXIMA * extent + STILL_MOTION * np.nanmax(np.abs(late))
     points_of = maxima if periods is None else apart
     peaks = [points_of(late[:, i], distinct) for i in range(late.shape[1])]
@@ -212,11 +230,13 @@ def bifurcation_diagram(
         moving = [any(not peaks_of(motion, distinct).size for motion in motions) for motions in np.moveaxis(late, 1, 0)]
         warn_of_no_maxima(np.unique(chain.values[moving]), LATE * span)
     k = grid.size
-    return BifurcationDiagram(
+    diagram = BifurcationDiagram(
         parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]]),
         as_system(system).described.label(coordinate),
-        as_system(system), periods,
+        as_system(system), periods, np.array([change[:k], change[:k - 1:-1]]),
     )  # fmt: skip
+    warn_of_unsettled(diagram)
+    return diagram
 
 
 def periods_along(system: System, parameter: str, grid: np.ndarray, forcing: Any, duration: float) -> np.ndarray:
@@ -249,14 +269,21 @@ def period_of(system: System, forcing: Any) -> float:
 
 
 def late_part(duration: float, dt: float) -> np.ndarray:
-    """When a motion is looked at for its maxima [s]."""
-    return np.linspace((1 - LATE) * duration, duration, max(int(LATE * duration / dt), 2))
+    """When a motion is looked at for its maxima [s]: in its second half."""
+    late = np.linspace((1 - LATE) * duration, duration, max(int(LATE * duration / dt), 2))
+    before = np.linspace((1 - SECOND_HALF) * duration, late[0], max(int((SECOND_HALF - LATE) * duration / dt), 2))
+    return np.concatenate([before[:-1], late])
 
 
 def section(duration: float, period: float) -> np.ndarray:
     """The same for a section: whole periods; the last ends the motion, so that the next begins in the same phase."""
     n = math.ceil(duration / period * (1.0 - DISTINCT_MAXIMA))
-    return period * np.arange(n - round(LATE * n) + 1, n + 1)
+    return period * np.arange(n - round(SECOND_HALF * n) + 1, n + 1)
+
+
+def is_late(times: np.ndarray) -> np.ndarray:
+    """Which of the times of a look, of which the last one ends the motion, are in its late part."""
+    return times >= (1.0 - LATE) * times[-1] * (1.0 - DISTINCT_MAXIMA)
 
 
 def whole_steps(integrator: Integrator, period: float) -> Integrator:
@@ -284,6 +311,7 @@ class Chain:
     starts: list[tuple[np.ndarray, np.ndarray]]
     looks: list[np.ndarray]
     integrators: list[Integrator]
+    is_section: bool
 
     def identity(self) -> str:
         """A text that is equal for equal chains."""
@@ -295,10 +323,11 @@ class Chain:
     def __call__(self, start: int) -> dict[str, np.ndarray]:
         """For each value the coordinate in the late part (k, m), NaN beyond the points of a section that has fewer, and
         whether a contact was open there (k,)."""
-        system, most = as_system(self.model), max(map(len, self.looks))
+        system, most = as_system(self.model), max(int(is_late(times).sum()) for times in self.looks)
         state = self.starts[start]
         late: list[np.ndarray] = []
         opens: list[bool] = []
+        settling: list[tuple[float, float, bool]] = []
         for value, times, integrator in zip(self.values.tolist(), self.looks, self.integrators, strict=True):
             moved = system.with_parameters(**{self.parameter: value})
             run = simulate_whole(
@@ -306,15 +335,57 @@ class Chain:
             )
             tell(len(late) / len(self.values))
             state = run.q[-1], run.u[-1]
-            late.append(np.pad(run.q[:, self.coordinate], (0, most - len(run.q)), constant_values=np.nan))
-            opens.append(was_open(run, times[0]))
-        return {"late": np.array(late), "opens": np.array(opens)}
+            looked, x = is_late(times), run.q[:, self.coordinate]
+            late.append(np.pad(x[looked], (0, most - int(looked.sum())), constant_values=np.nan))
+            opens.append(was_open(run, looked))
+            unsure = float(np.abs(run.u[:, self.coordinate]).max()) * getattr(integrator, "dt", 0.0)
+            settling.append(settling_of(x, self.is_section, unsure))
+        change, size, grows = map(np.array, zip(*settling, strict=True))
+        return {"late": np.array(late), "opens": np.array(opens), "change": change, "size": size, "grows": grows}
 
 
-def was_open(run: Solution, t: float) -> bool:
-    """Whether a contact was open at a record, or opened between two from the time t on."""
-    between = any(event.mode_after == ContactMode.OPEN and event.t >= t for event in run.events)
-    return between or bool((run.mode == ContactMode.OPEN).any())
+def was_open(run: Solution, looked: np.ndarray) -> bool:
+    """Whether a contact was open at one of these records, or opened between two of them."""
+    since = run.t[looked][0]
+    between = any(event.mode_after == ContactMode.OPEN and event.t >= since for event in run.events)
+    return between or bool((run.mode[looked] == ContactMode.OPEN).any())
+
+
+def settling_of(x: np.ndarray, is_section: bool, unsure: float) -> tuple[float, float, bool]:
+    """By which part of its range a motion, or its section, differs between the halves of its samples: in its range, and
+    in its points, each from the nearest one of the other half, but for what the samples are unsure by; that range, and
+    whether the later half has the larger one."""
+    halves = np.array_split(x, 2)
+    extents = [float(np.ptp(half)) for half in halves]
+    size = float(np.abs(x).max() if is_section else np.ptp(x))
+    grows = extents[1] > extents[0] + unsure
+    if size <= STILL_MOTION * float(np.abs(x).max()):
+        return 0.0, size, grows
+    lacks = 0.0 if is_section else 1.0 - min(extents) / size
+    one, other = (half if is_section else peaks_of(half, 0.0) for half in halves)
+    if not (len(one) and len(other)):
+        return 1.0, size, grows
+    nearest = np.abs(one[:, None] - other)
+    aside = max(float(nearest.min(axis=0).max()), float(nearest.min(axis=1).max()))
+    return max(lacks, (aside - unsure) / size), size, grows
+
+
+def warn_of_unsettled(diagram: BifurcationDiagram) -> None:
+    """Say at which values a motion has not settled."""
+    values = diagram.values[~diagram.settled.all(axis=0)]
+    if not values.size or diagram.change is None:
+        return
+    warn_caller(
+        f"at {len(values)} values ({first_of(values)}) the motion has not settled to {SETTLED_AMPLITUDE:g}, or never "
+        f"repeats: in the second half of its simulation it still changes by up to {diagram.change.max():.2g} of its "
+        "range; its points are marked (settled); take a longer duration=",
+        UnsettledWarning,
+    )
+
+
+def first_of(values: np.ndarray) -> str:
+    """Some values of a parameter in a message."""
+    return ", ".join(f"{value:g}" for value in values[:SHOWN_VALUES]) + (", ..." if len(values) > SHOWN_VALUES else "")
 
 
 def apart(x: np.ndarray, distinct: float) -> np.ndarray:
@@ -327,10 +398,10 @@ def warn_of_no_maxima(values: np.ndarray, window: float) -> None:
     """Say at which values of the parameter (m,) a motion moves on without a maximum within the window [s]."""
     if not values.size:
         return
-    first = ", ".join(f"{value:g}" for value in values[:SHOWN_VALUES]) + (", ..." if len(values) > SHOWN_VALUES else "")
     warn_caller(
-        f"at {len(values)} values ({first}) the coordinate moves without a maximum in the last fifth of the motion, "
-        f"{window:g} s: its period is longer, or it creeps or drifts; no point stands there; take a longer duration=",
+        f"at {len(values)} values ({first_of(values)}) the coordinate moves without a maximum in the last fifth of the "
+        f"motion, {window:g} s: its period is longer, or it creeps or drifts; no point stands there; take a longer "
+        "duration=",
         UnsettledWarning,
     )
 

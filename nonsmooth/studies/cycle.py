@@ -95,7 +95,10 @@ def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:
         largest = abs(cycle.multipliers).max() if cycle.multipliers.size else 0.0
         halves = "  " + " ".join(f"{half:.8g}" for half in cycle.amplitudes) if has_amplitudes else ""
         lines.append(f"{value:12.6g} {cycle.period:14.9f} {cycle.stick_duration:12.9f} {largest:19.6f}{halves}")
-    lines += [f"{change.kind} at {branch.parameter} = {change.value:.10g}" for change in branch.changes]
+    lines += [
+        f"{change.kind} at {branch.parameter} = {change.value:.10g}" if change.is_located else
+        f"{change.kind} of {branch.parameter} {change.where(10)}" for change in branch.changes
+    ]  # fmt: skip
     return "\n".join(lines)
 
 

@@ -14,13 +14,11 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.equilibria.eigen_path import EigenPath, eigen_path
 from nonsmooth.equilibria.equilibrium import equilibrium
-from nonsmooth.equilibria.flutter_boundary import flutter_boundary
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.equilibria.stability_map import stability_map
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import start_of
-from nonsmooth.mechanics.system import System
 from nonsmooth.views import view
 
 
@@ -91,7 +89,7 @@ def study_stability(
     is_cut = path.values.size < np.size(values)
     draw_path = partial(path.plot, unit=(units or {}).get(parameter, ""))
     results |= {"path": path}
-    return StabilityStudy(f"{text}\n\n{changes(system, path, not is_cut)}", draw_path, is_cut, results)
+    return StabilityStudy(f"{text}\n\n{changes(path, not is_cut)}", draw_path, is_cut, results)
 
 
 def describe(small: Linearisation) -> str:
@@ -107,7 +105,7 @@ def describe(small: Linearisation) -> str:
     return "\n".join([*lines, small.summary()])
 
 
-def changes(system: System, path: EigenPath, are_located: bool = True) -> str:
+def changes(path: EigenPath, are_located: bool = True) -> str:
     """Every change of the verdict along the path; the boundary of stability to rounding, where that is asked."""
     if not path.changes:
         verdict = Verdict(path.verdicts[0])
@@ -116,9 +114,8 @@ def changes(system: System, path: EigenPath, are_located: bool = True) -> str:
     lines = []
     for before, after, was, becomes in path.changes:
         where = f"between {before:g} and {after:g}"
-        if are_located and (was > Verdict.MARGINAL) != (becomes > Verdict.MARGINAL):
-            point = path.points[int(np.argmin(np.abs(path.values - before)))]
-            edge = flutter_boundary(system, path.parameter, (before, after), point.equilibrium)
+        edge = path.boundary(before, after) if are_located else None
+        if edge is not None:
             where = f"= {edge.value:.12g}, frequency {edge.frequency:.9g} rad/s"
         lines.append(f"{path.parameter} {where}: {spelt(was)} -> {spelt(becomes)}")
     return "\n".join(lines)

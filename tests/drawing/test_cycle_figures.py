@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -109,6 +110,56 @@ def test_diagram_shows_the_maxima_of_the_cycles_and_rest_beyond_them(tmp_path):
 def test_diagram_refuses_bad_input(values, options, message):
     with pytest.raises(ns.InvalidInput, match=message):
         ns.bifurcation_diagram(BeltOscillator(), "vb", values, **options)
+
+
+def test_motions_that_have_not_settled_are_marked_where_they_are_drawn_and_printed(recwarn):
+    """x'' + x = a x' - x'^3: |x| grows to sqrt(4 a/3) as exp(a t/2), and decays to it from above."""
+
+    class Fed(NamedTuple):
+        a: float = 0.1
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -q[0] + p.a * u[0] - u[0] ** 3
+
+    fed = ns.System(coordinates=[("x", "m")], mass=mass, force=force, parameters=Fed())
+    options = {"state": {"x": 0.05}, "dt": 1e-2, "progress": False}
+    long = ns.bifurcation_diagram(fed, "a", [0.1, 0.15, 0.2], duration=400.0, **options)
+    assert not recwarn.list and long.settled.all() and (long.change >= 0).all()
+    for a, found in zip(long.values, long.upwards, strict=True):
+        np.testing.assert_allclose(found, math.sqrt(4 * a / 3), rtol=0.02)  # averaging errs in the order of a
+    with pytest.warns(ns.UnsettledWarning, match=r"at 1 values \(0.1\) the motion has not settled to 0.01"):
+        short = ns.bifurcation_diagram(fed, "a", [0.1, 0.15, 0.2], duration=60.0, **options)
+    assert not short.settled[0, 0] and short.settled[:, 1:].all()
+    assert short.change[0, 0] > 0.05 and "not settled, " in table(short).splitlines()[2]
+    axes = short.plot().axes[0]
+    crosses = [line for line in axes.lines if line.get_marker() == "x"]
+    assert sum(len(line.get_xdata()) for line in crosses) == sum(
+        len(points) for way, points in zip(short.settled[:, 0], (short.upwards[0], short.downwards[0]), strict=True)
+        if not way
+    )  # fmt: skip
+    assert any("not settled" in text.get_text() for text in axes.get_legend().get_texts())
+
+
+def test_a_rest_that_is_left_slowly_is_not_taken_for_rest():
+    """x'' = 0.02 x' - x from 1e-3: after 100 s it is 2.7e-3, far below the other motions of the diagram."""
+
+    class Left(NamedTuple):
+        a: float = 0.02
+        x: float = 0.0
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = p.x - q[0] + p.a * u[0]
+
+    leaving = ns.System(coordinates=[("x", "m")], mass=mass, force=force, parameters=Left())
+    with pytest.warns(ns.UnsettledWarning):
+        grows = ns.bifurcation_diagram(leaving, "x", [0.0, 1.0], state={"x": 1e-3}, duration=100.0, dt=1e-2)
+    assert not grows.settled[0].any()
 
 
 class Well(NamedTuple):

@@ -144,3 +144,35 @@ def test_names_of_modes_behind_flutter_do_not_depend_on_rounding(n):
         behind = path.eigenvalues[values > 948.0]
         assert (behind[:, 0].real > 1.0).all() and (np.diff(np.abs(path.eigenvalues[0])) >= -1e-9).all()
         assert (behind[:, 1] == behind[:, 0].conj()).all() and (behind[:, 2:].real < -1.0).all()
+
+
+@pytest.mark.parametrize(("model", "parameter", "values"), [
+    (ModeCoupling(), "mu", np.linspace(0, 1, 5)), (ModeCoupling(), "mu", np.linspace(0.9, 0.1, 12)),
+    (FollowerForceArm(), "P", np.linspace(0, 2000, 4)),
+])  # fmt: skip
+def test_the_figure_says_where_stability_is_lost_as_the_solver_does_however_few_values_there_are(
+    model, parameter, values
+):
+    path = ns.eigen_path(model, parameter, values)
+    (before, after, was, becomes), *_ = path.changes
+    exact = ns.flutter_boundary(model, parameter, (min(before, after), max(before, after))).value
+    said = "\n".join(axes.get_title(loc="left") for axes in path.plot().axes)
+    assert f"{parameter} = {exact:.9g}" in said
+    assert path.boundary(before, after).value == pytest.approx(exact, rel=1e-11)
+    lines = [line for axes in path.plot().axes[:2] for line in axes.lines if len(set(line.get_xdata())) == 1]
+    assert any(line.get_xdata()[0] == pytest.approx(exact, rel=1e-11) for line in lines)
+
+
+def test_a_change_that_is_no_loss_of_stability_is_given_between_its_two_values():
+    """Two unstable verdicts follow each other: nothing is solved, and no digits are made up."""
+    path = ns.eigen_path(ModeCoupling(), "mu", np.linspace(0, 1, 5))
+    unstable = [
+        point for point, verdict in zip(path.points, path.verdicts, strict=True) if verdict > ns.Verdict.MARGINAL
+    ]
+    verdicts = np.array([ns.Verdict.FLUTTER, ns.Verdict.DIVERGENCE])
+    two = replace(
+        path, values=path.values[-2:], eigenvalues=path.eigenvalues[-2:], mode_shapes=path.mode_shapes[-2:],
+        verdicts=verdicts, is_virtual=path.is_virtual[-2:], points=tuple(unstable[-2:]),
+    )  # fmt: skip
+    assert two.boundary(0.75, 1.0) is None
+    assert "divergence from between mu = 0.75 and 1" in two.plot().axes[1].get_title(loc="left")
