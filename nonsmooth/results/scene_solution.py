@@ -90,7 +90,7 @@ class SceneSolution:
     t_events : list of (k,)
         Times of the events of each function of the user [s].
     residual, penetration : (n_t,)
-        The worst of the steps since the record before: |natural map| / |impulses|, and the deepest gap [m].
+        The worst of the steps since the record before: the residual (`SceneStats`), and the deepest gap [m].
     stats : SceneStats
     status : Status, message : str, success : bool
     names : list of str

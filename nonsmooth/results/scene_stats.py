@@ -37,11 +37,13 @@ class SceneStats:
     asleep : int
         Steps that were left out: the step before began and ended at rest and needed no solution, so all are alike.
     tol : float
-        The residual asked for, relative to the impulses.
+        The residual asked for.
     worst_residual, last_residual : float
-        Over all steps and of the last one: |natural map| / |impulses|, recomputed.
+        Over all steps and of the last one, recomputed: the largest |F| / max(|P|, R / tol) of the islands of a step,
+        with F the natural map, P the impulses and R what rounding of the velocities does to F, which counts where
+        |F| / |P| is above ``tol``. 0 where nothing is exchanged.
     missed : int
-        Steps whose residual stayed above ``tol``.
+        Steps whose residual is above ``tol``.
     worst_penetration, last_penetration : float
         Deepest gap at the beginning of a step [m], over all steps and of the last one.
     wall_time, compile_time : float
@@ -57,6 +59,13 @@ class SceneStats:
     rebounds_limited : int
         Steps in which several contacts rebounded, and their impulses were scaled: Newton's law asked for more energy
         than the e^2 of what they had taken.
+    worst_contact : int
+        The contact of the largest |F| in the worst island of the step of ``worst_residual``: its row among the contacts
+        of that step, and behind them its joints. -1 where no residual is above 0.
+    worst_pair : str
+        Its bodies.
+    worst_time : float
+        When the step began [s].
     springs : SpringStats, optional
         Of a run with compliant contacts.
     islands_asleep : int
@@ -98,3 +107,6 @@ class SceneStats:
     last_joint_drift: float = 0.0
     inconsistent: int = 0
     indeterminate_steps: int = 0
+    worst_contact: int = -1
+    worst_pair: str = ""
+    worst_time: float = 0.0

@@ -14,6 +14,7 @@ from nonsmooth.results.summary import ENTRIES_SHOWN, counted_paradoxes, paradox_
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
+    from nonsmooth.results.scene_stats import SceneStats
 
 ROUNDINGS_OF_ENERGY = 64  # chosen: of the largest energy or work, that a step may leave in the sum
 POWERS = ("force", "friction", "normal", "surface")  # defined: works that change the kinetic energy
@@ -32,7 +33,8 @@ def summary(solution: SceneSolution) -> str:
             f"{solution.about['scene']}: {solution.message} (t = {solution.t[-1]:.9g} s)",
             f"contacts at the end: {stats.contacts}{modes(solution)} in {stats.islands} islands; "
             f"most {stats.most_contacts}",
-            f"worst residual {stats.worst_residual:.1e}, of the last step {stats.last_residual:.1e}{missed}",
+            f"worst residual {stats.worst_residual:.1e}{worst_place(stats)}, of the last step "
+            f"{stats.last_residual:.1e}{missed}",
             f"worst penetration {stats.worst_penetration:.3g} m, of the last step {stats.last_penetration:.3g} m",
             *paradoxes(solution),
             *joints(solution),
@@ -46,6 +48,13 @@ def summary(solution: SceneSolution) -> str:
             f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
         ]
     )
+
+
+def worst_place(stats: SceneStats) -> str:
+    """Where and when the residual was the worst; nothing where none was above 0."""
+    if stats.worst_contact < 0:
+        return ""
+    return f" (contact {stats.worst_contact}, {stats.worst_pair}, at t = {stats.worst_time:.4g} s)"
 
 
 def compliant_summary(solution: SceneSolution) -> str:

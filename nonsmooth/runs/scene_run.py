@@ -27,6 +27,7 @@ from nonsmooth.results.scene_problem import SceneProblem
 from nonsmooth.results.scene_records import EVENTS, PAIRS, WORKS
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.scene_stats import SceneStats
+from nonsmooth.results.scene_summary import worst_place
 from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
@@ -317,7 +318,18 @@ class SceneRun:
             rebounds_limited=counts["limited"],
             worst_joint_drift=figures["drift"], last_joint_drift=figures["last_drift"],
             inconsistent=int(assembly.paradoxes.inconsistent), indeterminate_steps=int(assembly.paradoxes.several),
+            **self._worst(),
         )  # fmt: skip
+
+    def _worst(self) -> dict[str, Any]:
+        """The contact at which the residual was the worst, as the stats have it."""
+        progress, names = self.assembly.progress, self.scene.bodies
+        if progress.figures.residual == 0.0:
+            return {}
+        worst = progress.worst
+        pair = f"{names[int(worst.i)].name}, {names[int(worst.j)].name}"
+        time = self.table.span[0] + int(worst.step) * self.integrator.dt
+        return {"worst_contact": int(worst.row), "worst_pair": pair, "worst_time": float(time)}
 
     def _first_together(self) -> str:
         """When a body was first struck by several others together, and which; nothing where none was."""
@@ -345,9 +357,10 @@ class SceneRun:
             return f"the progress function raised {said_by(self.cause)}; stopped at {where}"
         if self.status == Status.NOT_FINITE:
             return f"{self.world.lost()} is nowhere: its place is not finite, or too far out; stopped at {where}"
-        residual = self.assembly.progress.figures.last_residual
+        stats = self.stats()
         return (
-            f"the contact problem of this step was solved to a residual of {residual:.2g}, and "
+            f"the contact problem of this step was solved to a residual of {stats.last_residual:.2g}"
+            f"{worst_place(stats)}, and "
             f"tol = {self.assembly.tol:g} was asked for; stopped at {where}"
         )
 

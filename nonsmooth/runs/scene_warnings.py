@@ -12,6 +12,7 @@ from nonsmooth.errors import (
 from nonsmooth.integrators.assembly.progress import MOST_TURN
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.scene_stats import SceneStats
+from nonsmooth.results.scene_summary import worst_place
 from nonsmooth.runs.scene_run import SceneRun
 
 MOST_OF_A_CHAIN = 20  # chosen: bodies, as of a break at billiards: in a pile all blows meet others, and none is told
@@ -86,6 +87,6 @@ def missed_residual(stats: SceneStats) -> str:
     """What is to be said of a run whose contact problems were not all solved to the tolerance."""
     return (
         f"in {stats.missed} of {stats.steps} steps the contact problem was solved to less than tol = {stats.tol:g}, at "
-        f"worst to {stats.worst_residual:.2g}; interior points for larger islands, more sweeps, or a larger tol, end "
-        "this: MoreauJean(dt, contacts=ns.ContactSolver(interior=..., sweeps=..., tol=...))"
+        f"worst to {stats.worst_residual:.2g}{worst_place(stats)}; interior points for larger islands, more sweeps, or "
+        "a larger tol, end this: MoreauJean(dt, contacts=ns.ContactSolver(interior=..., sweeps=..., tol=...))"
     )

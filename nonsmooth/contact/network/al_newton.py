@@ -26,7 +26,7 @@ from nonsmooth.contact.network.problem import (
     impulse,
     island_residual,
     island_velocities,
-    rounding_of_residual,
+    rounding,
     write,
 )
 from nonsmooth.jit import kernel, rare_kernel
@@ -144,8 +144,8 @@ def solve_inner(network, direct, desk, k, is_kept, d, n):
 @rare_kernel
 def largest_kappa(network, k, tol, d, n):
     """The kappa up to which rounding of the velocities is small enough in z = P - rho (J v + b)."""
-    rounding = rounding_of_residual(network, k, d, n)
-    return min(LARGEST_KAPPA, LARGEST_ROUNDING * tol / rounding) if rounding > 0.0 else LARGEST_KAPPA
+    R, P = rounding(network, k, math.inf, d, n), math.sqrt(network.islands.P[k])
+    return min(LARGEST_KAPPA, LARGEST_ROUNDING * tol * P / R) if R > 0.0 else LARGEST_KAPPA
 
 
 @kernel

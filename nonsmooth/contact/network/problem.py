@@ -7,12 +7,17 @@ with i, j the bodies of contact c, d rows a contact (N, T1[, T2]) and n velociti
 3, 6 in space. M is block diagonal, so the Delassus matrix G = J M^-1 J^T is never made; what a solver needs of it are
 the parts Y^T = M^-1 J^T of one contact and its own block W = J_i Y_i^T + J_j Y_j^T.
 
-The residual is that of the natural map, in impulses:
+The residual of an island is that of the natural map, in impulses:
 
-    F_c = P_c - proj_K(P_c - rho_c (gamma_c + mu_c |gamma_c,T| e_N)),   rho_c = d / tr W_c,   residual = |F| / |P|
+    F_c = P_c - proj_K(P_c - rho_c (gamma_c + mu_c |gamma_c,T| e_N)),   rho_c = d / tr W_c,
+    residual = |F| / |P|,   and where that is above tol:   |F| / max(|P|, R / tol)
 
+R is what rounding of the velocities does to |F|, so that no tolerance asks for digits which velocities do not have: for
+bodies that move and exchange next to nothing the residual is relative to R / tol. Without impulses it is 0 where none
+are asked for, to R, and at most 1.
 Where masses of an island differ so much that the impulses of its light bodies are roundings of |P|, the residual is the
-largest of those of all its contacts and of its light ones alone, rho_c < UNSEEN^k max rho, k = 1, 2, ...
+largest of those of all its contacts and of its light ones alone, rho_c < UNSEEN^k max rho, k = 1, 2, ... That of a
+problem is the largest of those of its islands.
 
 A joint stands among the contacts, with the whole space in the place of K (joint.py).
 
@@ -33,7 +38,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.natural_map import cone_project
-from nonsmooth.contact.network.islands import Islands, find_islands
+from nonsmooth.contact.network.islands import UNKNOWN, Islands, find_islands
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
@@ -48,6 +53,7 @@ class Network(Block):
     """Up to m contacts of n_b bodies, d rows a contact and n velocities a body."""
 
     n_c: int  # contacts in use, the first of the m rows
+    tol: float  # of the residual, by which R counts; 0: not at all
     islands: Islands
     i: Array[Ints, "m"]  # bodies of a contact
     j: Array[Ints, "m"]
@@ -225,7 +231,7 @@ def square_of_joint(network, c, d, n):
 
 @kernel
 def island_residual(network, k, d, n):
-    """|F| / |P| of island k at its velocities; its sums |F|^2, |P|^2 go to the islands."""
+    """The residual of island k at its velocities; its sums |F|^2, |P|^2 go to the islands."""
     islands = network.islands
     F, P, least, largest = 0.0, 0.0, math.inf, 0.0
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
@@ -234,17 +240,18 @@ def island_residual(network, k, d, n):
         F += F_c
         P += P_c
         least, largest = min(least, network.rho[c]), max(largest, network.rho[c])
-    islands.F[k], islands.P[k] = F, P
-    error = relative(F, P)
+    islands.F[k], islands.P[k], islands.below[k] = F, P, math.inf
+    error = relative(network, k, math.inf, F, P, d, n)
     if error < math.inf and least < UNSEEN * largest:
-        return max(error, residual_of_light(network, k, least, largest, d, n))
+        return residual_of_light(network, k, error, least, largest, d, n)
     return error
 
 
 @rare_kernel
-def residual_of_light(network, k, least, largest, d, n):
-    """The largest |F| / |P| of the light contacts of island k alone, whose rho are from ``least`` to ``largest``."""
-    islands, worst, bound = network.islands, 0.0, UNSEEN * largest
+def residual_of_light(network, k, worst, least, largest, d, n):
+    """The largest of the residual of all contacts of island k and of its light ones, whose rho are from ``least`` to
+    ``largest``; ``islands.below[k]`` says whose it is."""
+    islands, bound = network.islands, UNSEEN * largest
     while least < bound:
         F, P = 0.0, 0.0
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
@@ -253,51 +260,85 @@ def residual_of_light(network, k, least, largest, d, n):
                 F_c, P_c = natural_map(network, c, d, n)
                 F += F_c
                 P += P_c
-        worst, bound = max(worst, relative(F, P)), UNSEEN * bound
+        error = relative(network, k, bound, F, P, d, n)
+        if error > worst:
+            worst, islands.below[k] = error, bound
+        bound *= UNSEEN
     return worst
 
 
 @kernel
-def relative(F, P):
-    """The residual of the sums |F|^2 and |P|^2: without any impulse 0 if there need be none, and else 1."""
-    if P > 0.0:
-        return math.sqrt(F / P)
-    return 0.0 if F == 0.0 else math.sqrt(F / F)  # NaN stays NaN
+def relative(network, k, bound, F, P, d, n):
+    """The residual of the contacts of island k with rho < bound, of which |F|^2 and |P|^2 are the sums."""
+    tol = network.tol
+    if F <= tol * tol * P:
+        return math.sqrt(F / P) if P > 0.0 else 0.0
+    size, scale = math.sqrt(F), math.sqrt(P)
+    if tol > 0.0:
+        R = rounding_once(network, k, d, n) if bound == math.inf else rounding(network, k, bound, d, n)
+        if P == 0.0 and size <= R:
+            return 0.0
+        scale = max(scale, R / tol)
+    return size / (scale if P > 0.0 else max(scale, size)) if size != 0.0 else 0.0  # NaN stays NaN
+
+
+@kernel
+def rounding_once(network, k, d, n):
+    """R of all contacts of island k, at the velocities at which it is first asked for: where it counts, the impulses
+    that a solver changes do not change it."""
+    islands = network.islands
+    if islands.R[k] == UNKNOWN:
+        islands.R[k] = rounding(network, k, math.inf, d, n)
+    return islands.R[k]
+
+
+@rare_kernel
+def rounding(network, k, bound, d, n):
+    """R: what rounding of the velocities does to |F| of the contacts of island k with rho < bound [N s].
+
+    gamma_c is a sum of 2n + 1 products, each as large as its factors; rho_c (gamma_c + mu_c |gamma_c,T| e_N) goes into
+    F_c.
+    """
+    islands, total = network.islands, 0.0
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        c = islands.contacts[at]
+        if not network.rho[c] < bound:
+            continue
+        i, j, square_T = network.i[c], network.j[c], 0.0
+        for a in range(d - 1, -1, -1):
+            size = abs(network.b[c, a])
+            for x in range(n):
+                size += abs(network.J_i[c, a, x] * network.v[i, x]) + abs(network.J_j[c, a, x] * network.v[j, x])
+            if a > 0:
+                square_T += size * size
+            else:
+                size += network.soft[c] * network.P[c, 0] + max(network.mu[c], 0.0) * math.sqrt(square_T)
+            total += (network.rho[c] * size) * (network.rho[c] * size)
+    return (2 * n + 1) * EPS * math.sqrt(total)
 
 
 @kernel
 def residual(network, d, n):
-    """|F| / |P| of all islands, or that of light contacts; that of each island goes to islands.residual."""
-    islands = network.islands
-    F, P, of_light = 0.0, 0.0, 0.0
+    """The largest residual of all islands, NaN where one is; that of each island goes to islands.residual."""
+    islands, worst = network.islands, 0.0
     for k in range(islands.count):
+        islands.R[k] = UNKNOWN
         islands.residual[k] = island_residual(network, k, d, n)
-        F += islands.F[k]
-        P += islands.P[k]
-        if islands.residual[k] > relative(islands.F[k], islands.P[k]):
-            of_light = max(of_light, islands.residual[k])
-    return max(relative(F, P), of_light)
+        if not islands.residual[k] <= worst and worst == worst:
+            worst = islands.residual[k]
+    return worst
 
 
 @kernel
-def rounding_of_residual(network, k, d, n):
-    """What rounding of the velocities does to |F| of island k, relative to |P|: no solver can come below.
-
-    gamma_c is a sum of 2n + 1 products, each as large as its factors; rho_c gamma_c goes into F_c. For bodies that
-    move fast where the impulses are small it is more than any tolerance of theirs.
-    """
-    islands = network.islands
-    total = 0.0
+def worst_contact(network, k, d, n):
+    """The contact of the largest |F_c|, of those that the residual of island k is of."""
+    islands, largest, worst = network.islands, -1.0, -1
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
-        i, j = network.i[c], network.j[c]
-        for a in range(d):
-            size = abs(network.b[c, a]) + (network.soft[c] * network.P[c, 0] if a == 0 else 0.0)
-            for x in range(n):
-                size += abs(network.J_i[c, a, x] * network.v[i, x]) + abs(network.J_j[c, a, x] * network.v[j, x])
-            total += (network.rho[c] * size) * (network.rho[c] * size)
-    bound = (2 * n + 1) * EPS * math.sqrt(total)
-    return bound / math.sqrt(islands.P[k]) if islands.P[k] > 0.0 else math.inf if bound > 0.0 else 0.0
+        F_c, _ = natural_map(network, c, d, n)
+        if network.rho[c] < islands.below[k] and not F_c <= largest:
+            largest, worst = F_c, c
+    return worst
 
 
 @kernel
@@ -326,7 +367,7 @@ def prepare_spatial(network_at):
 
 @kernel("float64(int64)")
 def judge_planar(network_at):
-    """The velocities of P, the residual of each island and in all, and gamma, in the plane."""
+    """The velocities of P, the residual of each island and the largest, and gamma, in the plane."""
     network = view(network_at, Network)
     velocities(network, 2, 3)
     contact_velocities(network, 2, 3)

@@ -15,11 +15,9 @@ from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.from_inside import from_inside
 from nonsmooth.contact.network.joint import JOINED
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, rounding_of_residual
+from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 from nonsmooth.contact.network.solve import BY_INTERIOR, Solver
-from nonsmooth.jit import interpreted
 
-rounding = interpreted(rounding_of_residual)
 DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
 # measured: of an island at rest of very unlike masses: stacks of prisms and cylinders, eight points between two, one of
 # them 1e4 to 1e6 times heavier, factors leave at 1e-4; here they take 0.2 to 1.3 s, one to four times in a run
@@ -80,10 +78,9 @@ def solve_dense(network: Network, k: int, tol: float) -> None:
 
 
 def judge(network: Network, k: int, tol: float) -> None:
-    """The residual of the impulses of island k, and whether it is within the tolerance or rounding."""
-    islands, d, n = network.islands, network.b.shape[1], network.v.shape[1]
-    (judge_planar if d == 2 else judge_spatial)(network.address)
-    islands.is_met[k] = islands.residual[k] <= max(tol, rounding(network, k, d, n))
+    """The residual of the impulses of island k, and whether it is within the tolerance."""
+    (judge_planar if network.b.shape[1] == 2 else judge_spatial)(network.address)
+    network.islands.is_met[k] = network.islands.residual[k] <= tol
 
 
 def contacts_of(network: Network, k: int) -> np.ndarray:

@@ -13,8 +13,7 @@ island led nowhere, a loose heap in motion, they are left out for a while, and u
 the impulses of the step before nearly solve it.
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
-recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
-so is one that rounding of the velocities holds above it, and nothing else.
+recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met.
 """
 
 from __future__ import annotations
@@ -23,8 +22,9 @@ import math
 
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulses, judge_island, recall_graph
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
+from nonsmooth.contact.network.islands import UNKNOWN
 from nonsmooth.contact.network.lagrangian import Desk, Direct
-from nonsmooth.contact.network.problem import Network, relative_velocity, rounding_of_residual
+from nonsmooth.contact.network.problem import Network, relative_velocity
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.round_rows import RoundRows
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
@@ -132,6 +132,7 @@ def solve(network, solver, desk, d, n):
 @kernel
 def begin_islands(network, solver):
     """Before the islands of a problem are solved: what is kept of the one before."""
+    network.tol = solver.tol
     recall_graph(network, solver.direct)
     solver.waits = max(0, solver.waits - 1)
     solver.dear_waits = max(0, solver.dear_waits - 1)
@@ -143,7 +144,12 @@ def begin_islands(network, solver):
 def solve_island(network, solver, desk, k, is_next, d, n):
     """Take island k up the ladder; False where there is no room for its factors. ``is_next``: these are next."""
     islands, has_room, bodies = network.islands, True, bodies_of(network, k)
+    if not is_next:
+        islands.R[k] = UNKNOWN
     islands.residual[k] = judge_island(network, k, d, n)
+    if not is_next and islands.residual[k] <= solver.tol and not is_within(network, k):
+        islands.is_met[k] = 1  # further digits would be those of roundings
+        return True
     is_direct = is_next or may_factorise(network, solver, k, d, n)
     goal = (
         min(solver.tol, SOLVED_TO_ROUNDING)
@@ -164,10 +170,19 @@ def solve_island(network, solver, desk, k, is_next, d, n):
     if has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
         has_room = polish(network, solver, desk, k, floor, is_direct, d, n)
     if has_room:
-        islands.is_met[k] = is_met(network, solver, k, d, n)
+        if islands.residual[k] <= solver.tol and not is_within(network, k):
+            islands.R[k] = UNKNOWN
+            islands.residual[k] = judge_island(network, k, d, n)
+        islands.is_met[k] = islands.residual[k] <= solver.tol
         if islands.is_met[k] == 0 and bodies > EXACT_BODIES and is_at_rest(network, k, n):
             solver.contradicted = max(1, solver.contradicted)
     return has_room
+
+
+@kernel
+def is_within(network, k):
+    """Whether |F| of island k is within tol |P|, without what rounding of its velocities hides."""
+    return network.islands.F[k] <= network.tol * network.tol * network.islands.P[k]
 
 
 @kernel
@@ -259,13 +274,6 @@ def note_outcome(solver, bodies, is_solved, made):
     elif bodies > EXACT_BODIES:
         solver.waits = 0 if is_solved else min(ABSENCE_GROWTH * solver.wait + 1, LONGEST_ABSENCE)
         solver.wait = solver.waits
-
-
-@kernel
-def is_met(network, solver, k, d, n):
-    """Whether the residual is within the tolerance, or within what rounding makes of a solution."""
-    error = network.islands.residual[k]
-    return error <= solver.tol or error <= rounding_of_residual(network, k, d, n)
 
 
 @kernel

@@ -15,6 +15,7 @@ from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, Sh
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.plots import nearest_records
 from nonsmooth.results.scene_contacts import SceneContacts
+from nonsmooth.results.scene_summary import worst_place
 from nonsmooth.scenes import scene as scenes
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, place_of, rotate
@@ -59,9 +60,20 @@ def film_of_scene(solution: SceneSolution) -> Film:
         contact_names=names,
         is_of_last_step=solution.stats.springs is None,
         curves=tuple(curves_of(solution, records, found, start)),
-        about={"outcome": solution.message, **{k: str(v) for k, v in solution.about.items() if k != "scene"}},
+        about=about_of(solution),
         detail=detail_of(solution, records),
     )
+
+
+def about_of(solution: SceneSolution) -> dict[str, str]:
+    """How the run ended, its worst residual with the contact that it is of, and what was run."""
+    stats = solution.stats
+    what_was_run = {name: str(value) for name, value in solution.about.items() if name != "scene"}
+    if stats.springs is not None:
+        return {"outcome": solution.message, **what_was_run}
+    missed = f"; {stats.missed} of {stats.steps} steps above tol = {stats.tol:g}" if stats.missed else ""
+    residual = f"{stats.worst_residual:.2g}{worst_place(stats)}{missed}"
+    return {"outcome": solution.message, "worst residual": residual, **what_was_run}
 
 
 def title_of(solution: SceneSolution) -> str:
@@ -207,7 +219,7 @@ def curves_of(solution: SceneSolution, records: np.ndarray, found: SceneContacts
         *ledger_curves({name: column[records] for name, column in solution.ledger.items()}),
         Curve("contacts", "candidates", "", np.diff(start)),
         Curve("contacts", "with an impulse", "", loaded),
-        Curve("residual", "log10 |natural map| / |impulses|, worst since the frame before", "", exponent),
+        Curve("residual", "log10, worst since the frame before", "", exponent),
         Curve("penetration", "the deepest since the frame before", "m", worst_since(solution.penetration, records)),
     ]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from nonsmooth.contact.network.joint import is_joint
-from nonsmooth.contact.network.problem import relative
+from nonsmooth.contact.network.problem import worst_contact
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_INTERIOR, BY_START, BY_SWEEPS, Solver
 from nonsmooth.integrators.assembly.book import Ledger
 from nonsmooth.integrators.records import FRICTION_WORK, N_LEDGER, NORMAL_WORK
@@ -89,12 +89,22 @@ class Figures(Block):
     last_drift: float
 
 
+class Worst(Block):
+    """Where the residual was the largest of the run."""
+
+    row: int  # of the contacts in that step
+    i: int  # its bodies
+    j: int
+    step: int
+
+
 class Progress(Block):
     """Where a run of steps is."""
 
     places: Places
     counts: Counts
     figures: Figures
+    worst: Worst
     stage: int
     wanted: int  # of what there was no room for
     may_sleep: int
@@ -148,26 +158,34 @@ def is_met(network):
 
 
 @kernel
-def note_residual(residual, network, progress):
-    """The residual of a problem, of the step's contacts or of their impact, and whether it missed its tolerance."""
-    figures = progress.figures
-    figures.last_residual = residual if progress.stage == SOLVE else max(figures.last_residual, residual)
-    figures.residual = max(figures.residual, residual)
-    figures.since_residual = max(figures.since_residual, residual)
+def note_residual(residual, network, asleep, progress, d):
+    """Note the residual of a problem, of the step's contacts with those that sleep or of their impact, and whether it
+    missed its tolerance."""
+    figures, islands = progress.figures, network.islands
+    if residual > figures.residual:
+        note_worst(residual, network, progress, d)
+    if progress.stage == SOLVE:
+        figures.last_residual = max(residual, asleep.residual) if residual == residual else residual
+    elif not residual <= figures.last_residual:
+        figures.last_residual = residual
+    figures.residual = max(figures.residual, figures.last_residual)
+    figures.since_residual = max(figures.since_residual, figures.last_residual)
+    for k in range(islands.count):
+        islands.is_met[k] = 1 if islands.residual[k] <= network.tol else 0
     if not is_met(network):
         progress.is_missed = 1
 
 
 @kernel
-def with_asleep(residual, network, asleep, progress):
-    """The residual of the step's contacts with those that sleep; an impact has none of these."""
-    if asleep.count == 0 or progress.stage != SOLVE:
-        return residual
-    islands, F, P = network.islands, asleep.F, asleep.P
+def note_worst(residual, network, progress, d):
+    """Note the contact at which the residual of a problem is largest."""
+    worst, islands = progress.worst, network.islands
     for k in range(islands.count):
-        F += islands.F[k]
-        P += islands.P[k]
-    return relative(F, P)
+        if islands.residual[k] == residual:
+            worst.row = worst_contact(network, k, d, 3 * (d - 1))
+            worst.i, worst.j = network.i[worst.row], network.j[worst.row]
+            worst.step = progress.counts.steps - (1 if progress.stage == REBOUND else 0)
+            return
 
 
 @kernel

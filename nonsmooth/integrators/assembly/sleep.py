@@ -38,11 +38,9 @@ class Asleep(Block):
     new_islands: int
     dt: float  # [s] the length of the steps that they sleep through
     deepest: float  # their least gap, or 0 [m]
-    F: float  # |natural map|^2 of all [N^2 s^2]
-    P: float  # |impulses|^2
+    residual: float  # the largest of theirs
     island: Array[Ints, "n_b"]  # of a body: 1 + the first body of its island; 0 of one that is awake
-    F_of: Array[Floats, "n_b"]  # of the island with this first body
-    P_of: Array[Floats, "n_b"]
+    residual_of: Array[Floats, "n_b"]  # of the island with this first body
     owner: Array[Ints, "m"]  # island of a contact; those of one island are in the order of their keys
     key: Array[Ints, "m"]
     i: Array[Ints, "m"]
@@ -139,7 +137,7 @@ def put_to_sleep(bodies, found, network, asleep, k):
         body = islands.bodies[at]
         asleep.island[body] = 1 + first
         bodies.motion.still[body] = 1
-    asleep.F_of[first], asleep.P_of[first] = islands.F[k], islands.P[k]
+    asleep.residual_of[first] = islands.residual[k]
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c, row, d = islands.contacts[at], asleep.n_c, network.b.shape[1]
         asleep.owner[row], asleep.key[row] = 1 + first, found.key[c]
@@ -156,12 +154,11 @@ def put_to_sleep(bodies, found, network, asleep, k):
 
 @kernel
 def sum_up(asleep):
-    """The sums over all islands that sleep."""
-    asleep.F = asleep.P = asleep.deepest = 0.0
+    """The figures of all islands that sleep."""
+    asleep.residual = asleep.deepest = 0.0
     for b in range(asleep.island.shape[0]):
         if asleep.island[b] == 1 + b:
-            asleep.F += asleep.F_of[b]
-            asleep.P += asleep.P_of[b]
+            asleep.residual = max(asleep.residual, asleep.residual_of[b])
     for row in range(asleep.n_c):
         asleep.deepest = min(asleep.deepest, asleep.gap[row])
 

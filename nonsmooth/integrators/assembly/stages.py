@@ -61,7 +61,6 @@ from nonsmooth.integrators.assembly.progress import (
     note_rest,
     note_step,
     note_turns,
-    with_asleep,
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
@@ -277,7 +276,7 @@ def solve(progress, places, network, d):
     asleep = view(places.asleep, Asleep)
     note_islands(network, asleep, progress)
     residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
-    note_residual(with_asleep(residual, network, asleep, progress), network, progress)
+    note_residual(residual, network, asleep, progress, d)
     return DONE
 
 

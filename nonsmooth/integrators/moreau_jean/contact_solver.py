@@ -15,7 +15,8 @@ class ContactSolver:
     Parameters
     ----------
     tol : float
-        Residual of each step, |natural map| / |impulses| [-].
+        Residual asked of each step, the largest of its islands [-]: |F| / max(|P|, R / tol), with F the natural map, P
+        the impulses and R what rounding of the velocities does to F; relative to |P| alone where that is within tol.
     sweeps : int
         The most sweeps of block Gauss-Seidel over an island that is too large for a direct method; of discs and spheres
         four times as many while `tol` is in sight, and eight times while a step would drive bodies into one another by
@@ -24,7 +25,7 @@ class ContactSolver:
         The most bodies of an island that interior points solve where nothing else came to `tol`; 0 is none. They end
         nearly all of these, in 2 to 5 ms of 120 discs and 10 to 30 ms of 125 spheres.
     on_residual : {"warn", "raise"}
-        What happens where the residual of a step stays above ``tol``: one warning at the end, or a `StepFailure` there.
+        What happens where the residual of a step is above ``tol``: one warning at the end, or a `StepFailure` there.
     may_sleep : bool
         Leave out steps that would change nothing: after one that began and ended at rest, with the impulses it was
         handed, all are the same until something is told to move. No bit of the result depends on it.

@@ -156,6 +156,12 @@ def test_curves_of_a_scene_are_those_of_the_run():
     np.testing.assert_allclose(10 ** residual[1:], sol.residual[1:])
 
 
+def test_the_worst_residual_stands_with_its_contact_and_its_time():
+    sol = run(MasonryArch(n=5))
+    place = f"(contact {sol.stats.worst_contact}, {sol.stats.worst_pair}, at t = {sol.stats.worst_time:.4g} s)"
+    assert film_of_scene(sol).about["worst residual"] == f"{sol.residual.max():.2g} {place}"
+
+
 def test_a_run_of_more_records_than_are_played_says_so_and_keeps_its_worst_figures(monkeypatch):
     monkeypatch.setattr(scene_film, "POSES_SHOWN", 200)
     monkeypatch.setattr(scene_film, "FEWEST", 10)

@@ -412,13 +412,13 @@ def test_residual_of_a_rebound_counts_as_that_of_a_step(monkeypatch):
     """The stages judge a landing to be solved, and the impact behind it not."""
     scene = on_ground(ns.Material(mu=0.0, e=0.5), {"shape": ns.Disc(0.1), "mass": 1, "position": (0, 0.11)})
     run = SceneRun(scene, (0, 0.1), ns.MoreauJean(dt=DT), 1, None)
-    progress, network = run.assembly.progress, run.assembly.network
-    network.islands.count, network.islands.is_met[0] = 1, 1
-    progress.stage = SOLVE
-    interpreted(note_residual)(1e-12, network, progress)
+    progress, network, asleep = run.assembly.progress, run.assembly.network, run.assembly.asleep
+    islands, network.tol = network.islands, 1e-8
+    islands.count, islands.residual[0], progress.stage = 1, 1e-12, SOLVE
+    interpreted(note_residual)(1e-12, network, asleep, progress, 2)
     assert progress.is_missed == 0 and progress.figures.residual == 1e-12
-    progress.stage, network.islands.is_met[0] = REBOUND, 0
-    interpreted(note_residual)(1e-3, network, progress)
+    progress.stage, islands.residual[0] = REBOUND, 1e-3
+    interpreted(note_residual)(1e-3, network, asleep, progress, 2)
     assert progress.is_missed == 1
     assert progress.figures.residual == progress.figures.since_residual == progress.figures.last_residual == 1e-3
 
