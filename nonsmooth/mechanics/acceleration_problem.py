@@ -18,6 +18,7 @@ from nonsmooth.mechanics.contact_problem import (
     SURFACES_ARE_CONSTANT,
     Work,
     apply_inverse,
+    clear_rounding,
     delassus,
     evaluate_rows,
     evaluate_unloaded_rows,
@@ -60,6 +61,7 @@ def acceleration_problem(sys, t, q, u, n_k, rates, work):
     for k in range(r):
         work.gamma_0[k] = rates[0, k]
     delassus(n, r, work)
+    clear_rounding(n, r, work)
     return Status.RUNNING if is_finite(n, r, work) else Status.NOT_FINITE, r
 
 

@@ -12,6 +12,7 @@ C = K = 0 this is Moreau's time stepping. Source: Jean,
 
 from __future__ import annotations
 
+import math
 import operator
 import weakref
 from typing import Annotated as Array
@@ -38,7 +39,7 @@ from nonsmooth.mechanics.system import (
     System,
 )
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
-from nonsmooth.numerics.rounding import NOTHING
+from nonsmooth.numerics.rounding import NOTHING, rounded_sum
 
 # code: facts about a model, beside one bit for each function it has.
 MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
@@ -46,6 +47,7 @@ MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1
 DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES, NORMAL_FORCE_READS_U = 1 << 19, 1 << 20, 1 << 21
 ROWS_READ_T = 1 << 22  # code: bit of the facts of a model
 SHORT_ROW = 3  # chosen: columns of a row that are summed without a look for zeros, which a loop for one system unrolls
+FREE_ROUNDINGS = 18  # chosen: of the terms of c, which are a few: a smaller one is none
 FORCE_INCREMENT = 1.5e-8  # derived: sqrt(eps), the relative increment of a forward difference of the forces
 
 
@@ -70,7 +72,7 @@ class Problem(Block, r="max(1, n_c * (1 + d))"):
     mu_static: Array[Floats, "n_c"]
     normal_impulse: Array[Floats, "n_c"]  # where it is given
     mode: Array[Ints, "n_c"]  # ContactMode before
-    slip: Array[Ints, "n_c"]  # sign of sliding before
+    slip: Array[Ints, "n_c"]  # sign of sliding before; of a bilateral contact without friction that of its P_N, or 0
     previous_P: Array[Floats, "n_c", "1 + d"]  # impulses before
     P: Array[Floats, "r"]  # the answer: impulses
     candidate: Array[Ints, "n_c"]  # and modes, as contact/planar/single.py numbers them
@@ -378,6 +380,18 @@ def delassus(n, r, work):
         for j in range(first, last):
             total += W[k, j] * du[j]
         c[k] = total
+
+
+@kernel
+def clear_rounding(n, r, work):
+    """c = 0 where it is rounding of its terms: where no load acts its sign would decide on a paradox."""
+    W, du, c = work.W, work.du, work.c
+    for k in range(r):
+        size = abs(work.gamma_0[k])
+        for j in range(n):
+            size += abs(W[k, j] * du[j])
+        if abs(c[k]) <= rounded_sum(FREE_ROUNDINGS, size) < math.inf:
+            c[k] = 0.0
 
 
 @kernel

@@ -8,8 +8,9 @@ impulses of its contact an affine function of those of the contacts after it,
 which is eliminated from the remaining rows. The tree of modes is walked depth first, so that a leaf costs one small
 elimination and one back-substitution instead of a factorisation. A leaf is a solution if it satisfies the inclusions.
 Where a pivot vanishes (redundant contacts) the branch is cut and the answer says that it is not complete:
-``redundant.py`` decides such branches. Contacts that share their friction row (reduction.py) are one group: the first
-of them that is not free takes the friction of all, the others follow it and add their reach to its own.
+``redundant.py`` decides such branches. One contact that slides with D = 0 and b = 0 has any force, and is given none.
+Contacts that share their friction row (reduction.py) are one group: the first of them that is not free takes the
+friction of all, the others follow it and add their reach to its own.
 
 All pivots of all branches are positive iff the determinants of all combinations are. The natural map of the problem is
 piecewise linear, with one of these determinants on each piece; its degree is that of the problem without friction, 1.
@@ -42,10 +43,12 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
+from nonsmooth.numerics.rounding import rounded_sum
 
 LOCKED = STICK  # code: a contact without friction that is closed: its only row is zero, as when it sticks
 MAX_LEAVES = 70_000  # derived: 4^8 = 65536 planar unilateral contacts
 MAX_SOLUTIONS = 32  # chosen: kept of a step; the number found is counted beyond it
+LEAF_ROUNDINGS = 100  # chosen: of the terms of a velocity: a smaller one is zero, as where c = 0 and a given force acts
 SAME_MOTION = 1e-9  # chosen: relative distance below which two solutions are one motion
 
 
@@ -197,12 +200,23 @@ def pushes(k, small, problem, tree):
         return True
     P_N = problem.normal_impulse[k] if kind == GIVEN_FORCE else tree.P[start[k]]
     if problem.kinds[k, 1] == 0:
-        return kind == BILATERAL or P_N >= -small
+        if kind == BILATERAL:  # one that slides has no friction row left, but a sign (contact/planar/forces.py)
+            return problem.slip[k] * P_N >= -small
+        return P_N >= -small
     if candidate == STICK:
         reach = abs(P_N) if kind == BILATERAL else P_N
         others = reach_of_others(k, problem, tree)
         return reach >= -small and abs(tree.P[start[k + 1] - 1]) <= problem.mu_static[k] * reach + others + small
+    if kind == BILATERAL and abs(P_N) <= small:  # a slide without load is one motion, whatever the sign of P_N
+        return slope(candidate, k, problem) > 0.0
     return sigma_of(candidate) * P_N >= -small and (P_N != 0.0 or kind == GIVEN_FORCE)
+
+
+@kernel
+def slope(candidate, k, problem):
+    """D = G_NN - s mu sigma G_NF of a contact that slides, the others held."""
+    a = problem.start[k]
+    return problem.G[a, a] - slip_of(candidate) * problem.mu[k] * sigma_of(candidate) * problem.G[a, a + 1]
 
 
 @kernel
@@ -238,10 +252,11 @@ def moves(slack, problem, tree):
     start, G, gamma = problem.start, problem.G, tree.gamma
     for k in range(problem.n):
         for row in range(start[k], start[k + 1]):
-            total = problem.c[row]
+            total, size = problem.c[row], abs(problem.c[row])
             for m in range(problem.r):
                 total += G[row, m] * tree.P[m]
-            gamma[row] = total
+                size += abs(G[row, m] * tree.P[m])
+            gamma[row] = total if abs(total) > rounded_sum(LEAF_ROUNDINGS, size) else 0.0
         candidate = tree.candidate[k]
         if candidate == FREE and not gamma[start[k]] >= -slack:
             return False
@@ -270,9 +285,11 @@ def enumerate_modes(problem_at, tree_at):
         if first >= 0 and candidate != FREE and candidate != tree.candidate[first]:
             continue  # contacts that share their friction row stick or slide together
         if not eliminate(level, candidate, problem, tree):
-            if level < n - 1 or not contradicts(level, candidate, kinds[level, 1], start[level], scale, tree):
+            if level == n - 1 and contradicts(level, candidate, kinds[level, 1], start[level], scale, tree):
+                continue
+            if n > 1 or (candidate == STICK and kinds[0, 1] > 0):
                 is_complete = False
-            continue
+                continue
         if level < n - 1:
             level += 1
             tree.candidate[level] = NO_CANDIDATE
@@ -289,15 +306,15 @@ def enumerate_modes(problem_at, tree_at):
 
 @kernel
 def begin_tree(problem, tree):
-    """The root of the tree: (max |c|, max G_kk)."""
+    """The root of the tree: (max |c|, max |G_km|)."""
     scale = 0.0
     largest = 0.0
     for k in range(problem.r):
         scale = max(scale, abs(problem.c[k]))
-        largest = max(largest, abs(problem.G[k, k]))
         tree.s[0, k], tree.inverse[k] = problem.c[k], 1.0 / problem.G[k, k]
         for m in range(problem.r):
             tree.S[0, k, m] = problem.G[k, m]
+            largest = max(largest, abs(problem.G[k, m]))
     tree.candidate[0] = NO_CANDIDATE
     tree.nodes, tree.least = 0, math.inf
     return scale, largest
@@ -344,8 +361,8 @@ def select(found, problem, tree):
 def rank_of(candidate, k, problem):
     """What contact k adds to the rank of a solution."""
     a, kind, was_stuck = problem.start[k], problem.kinds[k, 0], problem.mode[k] == ContactMode.STICK
-    G_NN, mu_G_NF = 1.0, 0.0
+    is_saddle, is_regular = False, True
     if kind != GIVEN_FORCE:
-        G_NN, mu_G_NF = problem.G[a, a], problem.mu[k] * problem.G[a, a + 1]
-    is_saddle = not G_NN - slip_of(candidate) * sigma_of(candidate) * mu_G_NF > 0.0
-    return rank(candidate, is_saddle, was_stuck, G_NN > abs(mu_G_NF), rule_for(kind, problem.selection))
+        is_saddle = not slope(candidate, k, problem) > 0.0
+        is_regular = problem.G[a, a] > problem.mu[k] * abs(problem.G[a, a + 1])
+    return rank(candidate, is_saddle, was_stuck, is_regular, rule_for(kind, problem.selection))

@@ -21,11 +21,11 @@ from enum import IntEnum
 from typing import Annotated as Array
 
 from nonsmooth.contact.islands import find_held_islands
-from nonsmooth.contact.planar.enumerate import enumerate_modes, leaves
+from nonsmooth.contact.planar.enumerate import SAME_MOTION, enumerate_modes, leaves
 from nonsmooth.contact.planar.implied import are_dependent
-from nonsmooth.contact.planar.problem import Part, Planar
+from nonsmooth.contact.planar.problem import Part, Planar, largest_velocity
 from nonsmooth.contact.planar.redundant import enumerate_redundant
-from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
+from nonsmooth.contact.planar.single import BORDER_WIDTH, FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
@@ -263,6 +263,7 @@ def reduce_problem(sys, island, n_k, signs, forces):
         reduced.kinds[n, 0], reduced.kinds[n, 1] = kind, 0 if is_sliding else d
         reduced.mu[n], reduced.mu_static[n] = forces.mu[k], forces.mu_static[k]
         reduced.normal_impulse[n] = forces.normal[k]
+        reduced.slip[n] = forces.sigma[k] if is_sliding and kind == BILATERAL else 0
         for row in range(work.start[k], work.start[k] + forces.held[k]):
             reduced.row[r] = row
             r += 1
@@ -300,15 +301,45 @@ def reduced_free(sys, n_k, row, forces):
 
 
 @kernel
+def names_slide(k, a, la_N, scale, forces):
+    """Whether the sign tried names the slide of bilateral contact k: without force either does, and one with D > 0 is
+    taken."""
+    reduced = forces.reduced
+    row = reduced.start[a]
+    G_NN, D = forces.K[row, row], reduced.G[row, row]
+    if abs(la_N) * G_NN > BORDER_WIDTH * scale:
+        return True
+    return D > 0.0 and (forces.sigma[k] > 0 or D >= 2.0 * G_NN)
+
+
+@kernel
+def moves_alike(one, other, island, n_k, scale, forces):
+    """Whether two sets of forces of an island cause one motion."""
+    work, la = forces.work, forces.la
+    for k in range(n_k):
+        if forces.island[k] != island:
+            continue
+        for row in range(work.start[k], work.start[k + 1]):
+            change = 0.0
+            for m in range(n_k):
+                if forces.island[m] == island:
+                    for e in range(work.start[m], work.start[m + 1]):
+                        change += work.G[row, e] * (la[one, e] - la[other, e])
+            if abs(change) > SAME_MOTION * scale:
+                return False
+    return True
+
+
+@kernel
 def keep_solution(sys, island, n_k, m, found, forces):
-    """Write solution m of the reduced problem among those found of its island; 0 if its la_N contradicts the signs
-    tried, else 1."""
+    """Write solution m of the reduced problem among those found of its island; 0 where it moves as another does, with
+    forces of other signs, else 1."""
     work, tree, slip, sigma, reduced = forces.work, forces.planar.tree, forces.slip, forces.sigma, forces.reduced
+    scale = largest_velocity(reduced)
     for a in range(reduced.n):
         k = reduced.place[a]
         if slip[k] != 0 and sys.kinds[work.closed[k], 0] == BILATERAL:
-            la_N = tree.solutions[m, reduced.start[a]]
-            if sigma[k] * la_N < 0.0 or (la_N == 0.0 and sigma[k] < 0):
+            if not names_slide(k, a, tree.solutions[m, reduced.start[a]], scale, forces):
                 return 0
     if found >= forces.la.shape[0]:
         return 1
@@ -334,4 +365,7 @@ def keep_solution(sys, island, n_k, m, found, forces):
             else:
                 mode = FREE
         candidate[found, k] = mode
+    for other in range(found):
+        if moves_alike(found, other, island, n_k, scale, forces):
+            return 0
     return 1

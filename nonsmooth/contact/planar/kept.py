@@ -93,7 +93,7 @@ def recall_modes(problem):
     """The modes of the step before as candidates."""
     for k in range(problem.n):
         if problem.mode[k] == ContactMode.OPEN:
-            problem.candidate[k] = FREE
+            problem.candidate[k] = STICK if problem.kinds[k, 0] == BILATERAL else FREE
         elif problem.mode[k] == ContactMode.SLIDE:
             is_pulled = problem.kinds[k, 0] == BILATERAL and problem.previous_P[k, 0] < 0.0
             problem.candidate[k] = sliding_candidate(problem.slip[k] > 0, is_pulled)

@@ -35,7 +35,7 @@ def find_least(size, free, tolerance, planar):
     p = most_violated(size, free, tolerance, planar)
     if p >= 0:
         multiplier[p] = 0.0
-    for _ in range(ACTIVE_SET_STEPS * size):
+    for _ in range(1 + ACTIVE_SET_STEPS * size):
         if p < 0:
             return True
         curvature, length = find_direction(p, count, free, planar)

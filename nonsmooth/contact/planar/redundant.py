@@ -96,7 +96,8 @@ def solve_leaf(signs, scale, problem, planar):
     family = planar.family
     largest = 0.0
     for k in range(problem.r):
-        largest = max(largest, abs(problem.G[k, k]))
+        for e in range(problem.r):  # of slides the diagonal may vanish
+            largest = max(largest, abs(problem.G[k, e]))
     m = assemble(problem, planar)
     rank = eliminate_completely(m, BORDER_WIDTH * largest, family)
     for k in range(rank, m):
@@ -225,9 +226,11 @@ def inequalities(signs, m, problem, planar):
             reach = mu * problem.normal_impulse[k]
             size = impulse_inequality(j, 1.0, 0.0, -reach, size, m, family)
             size = impulse_inequality(j, -1.0, 0.0, -reach, size, m, family)
-        elif kind == UNILATERAL or d > 0:
+        elif kind == UNILATERAL or d > 0 or problem.slip[k] != 0:
             sigma = 1.0
-            if kind == BILATERAL:
+            if kind == BILATERAL and d == 0:
+                sigma = float(problem.slip[k])
+            elif kind == BILATERAL:
                 sigma = -1.0 if signs & 1 else 1.0
                 signs >>= 1
             size = impulse_inequality(j, sigma, 0.0, 0.0, size, m, family)

@@ -4,13 +4,16 @@
 
 FREE            P = 0                                                admissible if gamma_N >= 0 (unilateral only)
 STICK           gamma_N = gamma_F = 0                                |P_F| <= mu_s |P_N|
-SLIDE s, sigma  P_F = -s mu sigma P_N, P_N = -c_N / D,               sigma P_N >= 0, s gamma_F > 0
+SLIDE s, sigma  P_F = -s mu sigma P_N, P_N = -c_N / D,               sigma P_N > 0, s gamma_F > 0
                 D = G_NN - s mu sigma G_NF
 
-s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). At most three
-modes are admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may coexist, and for a
-bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the rule of ``selection``. Impulses and
-velocities may as well be forces and accelerations. A contact is number k of a ``Problem``
+s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). Each motion is one
+mode. A bilateral contact without a load, c_N = 0, slides with P = 0 for either sigma, and where G is singular with
+impulses of either sign: of such slides one with D > 0 stands for both. A unilateral contact without a load is free.
+
+At most three modes are admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may
+coexist, and for a bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the rule of ``selection``.
+Impulses and velocities may as well be forces and accelerations. A contact is number k of a ``Problem``
 (mechanics/contact_problem.py), in whose c the impulses of the others are, if they have any. Every closed contact that
 is solved by itself is solved here: the only one of a step or an impact, one to which no other is coupled, and each in
 turn of Gauss–Seidel.
@@ -19,6 +22,8 @@ Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653.
 """
 
 from __future__ import annotations
+
+import math
 
 from nonsmooth.contact.planar.selection import (
     FREE,
@@ -36,7 +41,7 @@ from nonsmooth.contact.planar.selection import (
 )
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.mechanics.laws import can_stick, depends_on_speed, friction_coefficient, static_coefficient
-from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
 
 # chosen: relative width within which a candidate on the border of admissibility is kept, if no other is
@@ -126,9 +131,16 @@ def stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F):
 
 @kernel
 def stick_of(k, problem):
-    """``stick`` of contact k."""
+    """``stick`` of contact k; where G leaves the impulses open and P_F = 0 would pull, those on the border of the cone
+    push, P_N = (-c_N / G_NN) / (1 - mu_s |G_NF| / G_NN), if any do."""
     G_NN, G_NF, G_FN, G_FF, c_N, c_F = rows_of(k, problem)
-    return stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F)
+    P_N, P_F, exists = stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F)
+    mu = static_coefficient(problem.laws, k)
+    if exists and P_N < 0.0 and P_F == 0.0 and G_NF != 0.0 and problem.kinds[k, 0] == UNILATERAL:
+        if G_NN < mu * abs(G_NF) and G_NN * G_FF - G_NF * G_FN <= SINGULAR * G_NN * G_FF:
+            P_N *= G_NN / (G_NN - mu * abs(G_NF))
+            P_F = -math.copysign(mu * P_N, G_NF)
+    return P_N, P_F, exists
 
 
 @kernel
@@ -144,27 +156,36 @@ def candidate_impulses(candidate, k, problem):
 
 
 @rare_kernel
-def admissible(k, problem, tolerance):
-    """Bits of all admissible candidates, and bits of the sliding ones with D > 0."""
+def admissible(k, problem, is_border):
+    """Bits of all admissible candidates, of those within BORDER_WIDTH too if asked, and bits of slides with D > 0."""
     found = 0
     stable = 0
     _, _, G_FN, _, c_N, c_F = rows_of(k, problem)
-    is_bilateral = problem.kinds[k, 0] == BILATERAL
+    kind, is_bilateral = problem.kinds[k, 0], problem.kinds[k, 0] == BILATERAL
     is_smoothed = not can_stick(problem.laws, k)
+    before = offset_of(k, problem) if is_smoothed else 0.0
     if not is_bilateral and c_N >= 0.0:
         found |= 1 << FREE
     if not is_smoothed:
         P_N, P_F, exists = stick_of(k, problem)
         reach = abs(P_N) if is_bilateral else P_N
-        if exists and reach >= 0.0 and abs(P_F) <= static_coefficient(problem.laws, k) * reach * (1.0 + tolerance):
+        is_loaded = reach > 0.0 or (reach == 0.0 and kind != UNILATERAL)
+        most = static_coefficient(problem.laws, k) * reach
+        if exists and is_loaded and abs(P_F) <= (most * (1.0 + BORDER_WIDTH) if is_border else most):
             found |= 1 << STICK
     for candidate in range(SLIDE_PLUS, PULL_MINUS + 1 if is_bilateral else PULL_PLUS):
         s = slip_of(candidate)
         sigma = sigma_of(candidate)
         P_N, P_F, gamma_F, D = slide(k, problem, s, sigma)
-        if is_smoothed:
-            gamma_F += offset_of(k, problem)  # no sticking: the sign is that of the velocity in the middle of the step
-        if sigma * P_N >= 0.0 and s * gamma_F > -tolerance * (abs(c_F) + abs(G_FN * P_N)) and P_N != 0.0:
+        speed = s * (gamma_F + before)  # no sticking: the sign is that of the velocity in the middle of the step
+        width = BORDER_WIDTH * (abs(c_F) + abs(before) + abs(G_FN * P_N))
+        slides = speed >= -width if is_border else speed > (width if found & 1 << STICK else 0.0)
+        if slides and sigma * P_N >= 0.0 and (P_N != 0.0 or is_bilateral):
+            twin = 1 << candidate - PULL_PLUS + SLIDE_PLUS if sigma < 0 else 0  # the same slide by a force that pushes
+            if found & twin and abs(gamma_F - slide(k, problem, s, 1)[2]) <= width:
+                if stable & twin:
+                    continue
+                found -= twin
             found |= 1 << candidate
             if D > 0.0:
                 stable |= 1 << candidate
@@ -205,10 +226,13 @@ def solve_single(k, problem):
         if p > 0.0 and P_N > 0.0 and slip * gamma_F > 0.0:
             candidate = SLIDE_PLUS if slip > 0 else SLIDE_MINUS
             return candidate, P_N, P_F, 1 << candidate
-    found, stable = admissible(k, problem, 0.0)
-    if found == 0:
-        found, stable = admissible(k, problem, BORDER_WIDTH)
+    found, stable = admissible(k, problem, False)
+    is_border = found == 0
+    if is_border:
+        found, stable = admissible(k, problem, True)
     candidate = choose(found, stable, k, problem)
+    if is_border and candidate != NO_CANDIDATE:
+        found = 1 << candidate  # the others on the border are the same motion
     P_N, P_F = candidate_impulses(candidate, k, problem)
     return candidate, P_N, P_F, found
 

@@ -33,6 +33,7 @@ from nonsmooth.mechanics.contact_problem import (
     STIFFNESS_BY_DIFFERENCES,
     SURFACES_ARE_CONSTANT,
     apply_inverse,
+    clear_rounding,
     delassus,
     difference_forces,
     evaluate_unloaded_rows,
@@ -252,6 +253,7 @@ def find_new_velocity(sys, t_mid, dt, n_k, r, run):
         delassus(n, r, work)
         for k in range(r):
             work.c[k] += run.rate[k]
+        clear_rounding(n, r, work)
         find_impulses(sys, dt, n_k, r, run)
     new_velocity(n, r, u, work)
     return Status.RUNNING.value

@@ -33,6 +33,7 @@ from nonsmooth.mechanics.contact_problem import (
     SURFACES_ARE_CONSTANT,
     add_restitution,
     apply_inverse,
+    clear_rounding,
     delassus,
     evaluate_rows,
     is_implicit,
@@ -151,6 +152,7 @@ def find_free_velocities(sys, t, dt, n_k, r, run):
         if abs(gamma_0[k]) <= rounded_sum(VELOCITY_ROUNDINGS, size):
             c[k] -= gamma_0[k]
             gamma_0[k] = 0.0
+    clear_rounding(n, r, work)
     return True
 
 

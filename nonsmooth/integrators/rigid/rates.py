@@ -7,7 +7,7 @@ Event functions end a mode:
     SIGN        sigma la_N of a bilateral contact that slides
     FORWARD     mu sigma la_N + la_F of sticking: where it falls through zero the contact slides with gamma_F > 0
     BACKWARD    mu sigma la_N - la_F of sticking: with gamma_F < 0
-    UNIQUE      p' of a bilateral contact that slides alone: where it falls through zero a second force fits
+    UNIQUE      p' of a loaded bilateral contact that slides alone: where it falls through zero a second force fits
     REGULAR     det A over that without friction, of the island where it is least: a slide whose p falls to zero has
                 lost its force (Génot–Brogliato point)
 
@@ -132,7 +132,7 @@ def rigid_events(sys_at, contacts_at, t, x, out):
                 out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
                 out[E + e + FRICTION] = speed
             if kind == BILATERAL:
-                if contacts.several[i] == 0 and slides_alone(sys, i, contacts):
+                if contacts.several[i] == 0 and la[i, 0] != 0.0 and slides_alone(sys, i, contacts):
                     out[e + UNIQUE] = uniqueness(i, contacts)
                 out[e + SIGN] = force_function(contacts.sign[i] * la[i, 0], i, contacts)
                 out[E + e + SIGN] = force

@@ -54,29 +54,44 @@ def share_load(sys_at, m, contacts_at):
     rank, is_consistent = orthogonalise(sys.n, m, contacts)
     reduce(sys.n, m, rank, contacts)
     full = eliminate_completely(m, DEPENDENT_ROW, family)
-    for e in range(m):
-        family.x[e] = 0.0
     largest = 0.0
     for k in range(full):
-        family.x[family.column[k]] = -family.B[k, m]
         largest = max(largest, abs(family.B[k, m]))
-    size = list_inequalities(sys, m, BORDER_WIDTH * largest, contacts)
-    is_admissible = is_consistent and full == rank
-    if m > full:
-        is_admissible = least_admissible(m, full, size, planar) and is_admissible
-    for e in range(size):
-        total = BORDER_WIDTH * largest
-        for f in range(m):
-            total += family.C[e, f] * family.x[f]
-        is_admissible = is_admissible and total >= family.e[e]
+    size, is_admissible = 0, False
+    for has_guess in (True, False):
+        size = list_inequalities(sys, m, BORDER_WIDTH * largest, has_guess, contacts)
+        is_admissible = find_share(m, full, size, largest, planar) and is_consistent and full == rank
+        if is_admissible:
+            break
     for e in range(m):
         contacts.z[e] = family.x[e]
     contacts.facts.is_shared = 0 if full == m else 1
     contacts.facts.is_admissible = 1 if is_admissible else 0
-    if contacts.facts.margin_asked == 1:
+    if largest == 0.0:
+        contacts.numbers.margin = 1.0  # no load is near no limit
+    elif contacts.facts.margin_asked == 1:
         margin = find_margin(m, full, size, largest, planar) if is_consistent and 0 < full == rank else -largest
         least = LEAST_MARGIN * largest
         contacts.numbers.margin = max(least, margin) if is_admissible else min(-least, margin)
+
+
+@kernel
+def find_share(m, rank, size, largest, planar):
+    """The forces of least squares that satisfy the inequalities, to family.x; whether there are any."""
+    family = planar.family
+    for e in range(m):
+        family.x[e] = 0.0
+    for k in range(rank):
+        family.x[family.column[k]] = -family.B[k, m]
+    if m > rank and not least_admissible(m, rank, size, planar):
+        return False
+    for e in range(size):
+        total = BORDER_WIDTH * largest
+        for f in range(m):
+            total += family.C[e, f] * family.x[f]
+        if not total >= family.e[e]:
+            return False
+    return True
 
 
 @kernel
@@ -227,8 +242,11 @@ def reduce(n, m, rank, contacts):
 
 
 @kernel
-def list_inequalities(sys, m, slack, contacts):
-    """What the modes ask of the forces z, to family.C and family.e; returns the number of inequalities."""
+def list_inequalities(sys, m, slack, has_guess, contacts):
+    """What the modes ask of the forces z, to family.C and family.e; returns the number of inequalities.
+
+    The sign of a bilateral force that sticks is that of the guess in contacts.z, or the one that it had before.
+    """
     family = contacts.redundant.planar.family
     size = 0
     for e in range(m):
@@ -237,7 +255,9 @@ def list_inequalities(sys, m, slack, contacts):
         if contacts.part[e] == 0 and (kind == UNILATERAL or sys.kinds[i, 1] > 0):
             sign = 1.0
             if kind == BILATERAL:
-                sign = float(contacts.sign[i]) if not sticks else -1.0 if contacts.z[e] < 0.0 else 1.0
+                sign = float(contacts.sign[i])
+                if sticks and has_guess:
+                    sign = -1.0 if contacts.z[e] < 0.0 else 1.0
             size = impulse_inequality(e, sign, 0.0, -slack, size, m, family)
             if sticks:
                 reach = sign * static_coefficient(sys.laws, i)
