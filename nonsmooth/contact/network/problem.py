@@ -38,7 +38,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.natural_map import cone_project
-from nonsmooth.contact.network.islands import UNKNOWN, Islands, find_islands
+from nonsmooth.contact.network.islands import NOT_ASKED, Islands, find_islands
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
@@ -287,7 +287,7 @@ def rounding_once(network, k, d, n):
     """R of all contacts of island k, at the velocities at which it is first asked for: where it counts, the impulses
     that a solver changes do not change it."""
     islands = network.islands
-    if islands.R[k] == UNKNOWN:
+    if islands.R[k] == NOT_ASKED:
         islands.R[k] = rounding(network, k, math.inf, d, n)
     return islands.R[k]
 
@@ -322,7 +322,7 @@ def residual(network, d, n):
     """The largest residual of all islands, NaN where one is; that of each island goes to islands.residual."""
     islands, worst = network.islands, 0.0
     for k in range(islands.count):
-        islands.R[k] = UNKNOWN
+        islands.R[k] = NOT_ASKED
         islands.residual[k] = island_residual(network, k, d, n)
         if not islands.residual[k] <= worst and worst == worst:
             worst = islands.residual[k]

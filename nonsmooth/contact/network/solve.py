@@ -22,7 +22,7 @@ import math
 
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulses, judge_island, recall_graph
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
-from nonsmooth.contact.network.islands import UNKNOWN
+from nonsmooth.contact.network.islands import NOT_ASKED
 from nonsmooth.contact.network.lagrangian import Desk, Direct
 from nonsmooth.contact.network.problem import Network, relative_velocity
 from nonsmooth.contact.network.rest import is_at_rest
@@ -145,7 +145,7 @@ def solve_island(network, solver, desk, k, is_next, d, n):
     """Take island k up the ladder; False where there is no room for its factors. ``is_next``: these are next."""
     islands, has_room, bodies = network.islands, True, bodies_of(network, k)
     if not is_next:
-        islands.R[k] = UNKNOWN
+        islands.R[k] = NOT_ASKED
     islands.residual[k] = judge_island(network, k, d, n)
     if not is_next and islands.residual[k] <= solver.tol and not is_within(network, k):
         islands.is_met[k] = 1  # further digits would be those of roundings
@@ -171,7 +171,7 @@ def solve_island(network, solver, desk, k, is_next, d, n):
         has_room = polish(network, solver, desk, k, floor, is_direct, d, n)
     if has_room:
         if islands.residual[k] <= solver.tol and not is_within(network, k):
-            islands.R[k] = UNKNOWN
+            islands.R[k] = NOT_ASKED
             islands.residual[k] = judge_island(network, k, d, n)
         islands.is_met[k] = islands.residual[k] <= solver.tol
         if islands.is_met[k] == 0 and bodies > EXACT_BODIES and is_at_rest(network, k, n):
