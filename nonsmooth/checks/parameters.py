@@ -92,6 +92,8 @@ def with_changes(parameters: Any, changes: dict[str, Any]) -> Any:
     InvalidInput
         For a part of a whole, and for an array of another shape.
     """
+    if not changes:
+        return parameters
     is_tuple = hasattr(parameters, "_fields")
     known = parameters._fields if is_tuple else tuple(getattr(parameters, "__dataclass_fields__", ()))
     values: dict[str, Any] = {}

@@ -26,13 +26,14 @@ sizes and options built in (``specialised``).
 has what is used of numba beside its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what
 compiles kernels. ``late`` loads what few runs reach when it is first called. ``fingerprint`` says what code is made
 from, by what ``bytecode`` finds that it reads and ``libraries`` know by name (where a module moved, by that of
-``former_names``); ``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
+``former_names``), ``content`` what else is known again;
+``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
 key it is kept, ``code_files`` in which form; ``linking`` calls it in a later process, without numba;
 ``loading`` shares the work between processes, which take ``turns``; ``elsewhere`` leaves all of it to others.
 """
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, key_of
-from nonsmooth.jit.fingerprint import identity
+from nonsmooth.jit.content import identity
 from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, late_kernel, rare_kernel
 from nonsmooth.jit.late import running_time, waited
 from nonsmooth.jit.loading import load_all

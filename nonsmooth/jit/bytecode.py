@@ -32,6 +32,7 @@ class Reading(NamedTuple):
     code: bytes  # hash of its instructions, names and constants; not of docstrings, lines and file names
     names: tuple[tuple[str, ...], ...]  # globals, each with the attributes that are read from it at once
     free: tuple[tuple[str, ...], ...]  # likewise variables of enclosing functions
+    imports: tuple[str, ...]  # modules that it imports as it runs
     refusal: str  # what it does that cannot be followed, "" for nothing
 
 
@@ -89,11 +90,11 @@ ACTS = {
 }  # fmt: skip
 # A name or a free variable with the attributes that follow it, a constant, and what may be refused; an argument above
 # 255 is extended by instructions before its own.
-SEARCH = re.compile(rb"E*[NF]\.*(?:E*A\.*)*|E*K|E*S|R")
+SEARCH = re.compile(rb"E*[NF]\.*(?:E*A\.*)*|E*[KSR]")
 ATTRIBUTES = re.compile(rb"E*A")
 HARMLESS = {"STORE_ATTR", "DELETE_ATTR", "MAKE_CELL", "LOAD_CLOSURE"}  # they name something that was read before
+IMPORT_NAME, IMPORT_FROM = (dis.opmap[name] for name in ("IMPORT_NAME", "IMPORT_FROM"))  # code: of instructions
 REFUSALS = {
-    "IMPORT_NAME": "imports a module as it runs", "IMPORT_FROM": "imports a module as it runs",
     "STORE_GLOBAL": "assigns to a global", "DELETE_GLOBAL": "deletes a global",
 }  # fmt: skip
 # Bits of the argument below the index of the name: they tell a call from a mere reading.
@@ -129,6 +130,7 @@ class _Walk:
         self.names: dict[tuple[str, ...], None] = {}  # in the order of their first reading
         self.free: dict[tuple[str, ...], None] = {}
         self.constants: list[Any] = []
+        self.imports: dict[str, None] = {}
         self.refusal = ""
         self.instructions = bytearray(code.co_code)
         self.acts = bytes(self.instructions[::2]).translate(LETTERS)
@@ -146,11 +148,15 @@ class _Walk:
             elif act == READS_NAME:
                 name = self.code.co_names[argument >> SHIFTS[instructions[2 * place]]]
                 self.names[name, *self._attributes(place + 1, end)] = None
-            elif act == IS_REFUSED:
+            elif instructions[2 * place] == IMPORT_NAME:
+                self._import(self.code.co_names[argument], place)
+            elif act == IS_REFUSED and instructions[2 * place] != IMPORT_FROM:
                 self._refuse(instructions[2 * place])
-            elif argument >= self.first_free and act == READS_FREE:
+            elif act in (READS_FREE, STORES_FREE) and argument < self.first_free:
+                pass
+            elif act == READS_FREE:
                 self.free[self.variables[argument], *self._attributes(place + 1, end)] = None
-            elif argument >= self.first_free:
+            elif act == STORES_FREE:
                 self._refuse(dis.opmap["STORE_DEREF"])
 
     def _argument(self, first: int, last: int) -> int:
@@ -165,6 +171,16 @@ class _Walk:
         shift = FLAG_BITS["LOAD_ATTR"]
         return [self.code.co_names[self._argument(*place) >> shift] for place in places]
 
+    def _import(self, name: str, place: int) -> None:
+        """A module that is imported; one that is named from where the function stands cannot be followed."""
+        level = self.instructions[2 * place - 3]  # of LOAD_SMALL_INT, before the list of names
+        if self.acts[place - 2] == READS_CONSTANT:
+            level = self.constants[-2]
+        if level == 0:
+            self.imports[name] = None
+        else:
+            self.refusal = self.refusal or "imports a module from beside its own"
+
     def _refuse(self, opcode: int) -> None:
         words = "assigns to a variable of the function around it" if opcode in dis.hasfree else ""
         name = dis.opname[opcode]
@@ -177,8 +193,9 @@ class _Walk:
                 found = reading(inner)
                 self.names.update(dict.fromkeys(found.names))
                 self.free.update(dict.fromkeys(c for c in found.free if c[0] in self.code.co_freevars))
+                self.imports.update(dict.fromkeys(found.imports))
                 self.refusal = self.refusal or found.refusal
-        return Reading(self._hash(), tuple(self.names), tuple(self.free), self.refusal)
+        return Reading(self._hash(), tuple(self.names), tuple(self.free), tuple(self.imports), self.refusal)
 
     def _hash(self) -> bytes:
         code = self.code
@@ -188,6 +205,30 @@ class _Walk:
             "utf-8", "backslashreplace"
         )
         return hashlib.sha256(parts + b"".join(map(constant, self.constants))).digest()
+
+
+@functools.lru_cache(maxsize=8192)
+def mentioned(code: types.CodeType) -> frozenset[str]:
+    """The attributes that a code object and those within it read, and their texts: what they may ask for is among them.
+
+    Of files that are opened, one that is not only written to is mentioned as ``read``.
+    """
+    texts = {constant for constant in code.co_consts if isinstance(constant, str)}
+    names, is_open = set(), False
+    for step in dis.get_instructions(code):
+        if step.opname == "LOAD_GLOBAL":
+            names |= {"read"} if is_open and step.argval == "open" else set()
+            is_open = is_open or step.argval == "open"
+        elif step.opcode in dis.hasname and step.opname not in HARMLESS:
+            names.add(step.argval)
+        elif step.opcode in dis.hasconst and step.argval in TO_WRITE:
+            is_open = False
+    names |= {"read"} if is_open else set()
+    inner = (constant for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return frozenset(texts.union(names, *map(mentioned, inner)))
+
+
+TO_WRITE = {mode + kind for mode in "awx" for kind in ("", "b", "t")}  # defined: modes of open
 
 
 PROBE = """

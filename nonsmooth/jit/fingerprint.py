@@ -10,7 +10,8 @@ Each is looked up, and its value is part of the hash:
     numpy, numba, math, ...      the name: their versions belong to every key
 
 A module can be read from, not handed on: what is read from it there is not seen. What else is met has no identity:
-`Unidentified` says what it is, and nothing is compiled.
+`Unidentified` says what it is, and nothing is compiled. What else is taken from an earlier run is told by more
+(`content`).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ import numpy as np
 
 from nonsmooth.jit.bytecode import SCALARS, Reading, constant, reading, scalar
 from nonsmooth.jit.former_names import known_as
-from nonsmooth.jit.libraries import is_installed, is_library, library_path, name_of
+from nonsmooth.jit.libraries import is_library, library_path, name_of
 from nonsmooth.jit.watch import MISSING, Watch
 
 # Bytes up to which numba copies an array into the code, if its entries follow each other; others it reads in place.
@@ -51,20 +52,6 @@ def digest(function: Callable) -> bytes:
     survey = Survey()
     survey.function(function)
     return survey.digest()
-
-
-def identity(function: Any) -> bytes:
-    """The like for whatever can be called, to tell whether it is that of an earlier run."""
-    survey = LooseSurvey(function)
-    survey.value(function, "")
-    return survey.digest()
-
-
-def calls_compiled(function: Any) -> bool:
-    """Whether a call in Python runs what the user compiled with numba, which keeps the values that it read first."""
-    survey = LooseSurvey(function)
-    survey.value(function, "")
-    return survey.meets_compiled
 
 
 class Survey:
@@ -103,6 +90,13 @@ class Survey:
         """Whether what a module has is known by its name."""
         return is_library(module)
 
+    def library(self, path: str) -> None:
+        """Add the name of something that a library has."""
+        self.put(b"library", path.encode())
+
+    def members(self, cls: type, what: str) -> None:
+        """Add what a class of the user's has beside its entries, which machine code does not call."""
+
     def copies(self, array: np.ndarray, layout: str) -> bool:
         """Whether numba copies an array into the code."""
         return layout != "A" and array.nbytes <= COPIED
@@ -117,6 +111,8 @@ class Survey:
         found = reading(code)
         if found.refusal:
             self.unidentified(function, f"{function.__name__}, which {found.refusal}")
+        for module in found.imports:
+            self.imported(function, module)
         self.watch.function(function)
         self.put(b"function", found.code)
         self.value(function.__defaults__, f"a default of {function.__name__}")
@@ -125,6 +121,10 @@ class Survey:
             self.value(default, f"the default {name} of {function.__name__}")
         self._globals(function, found)
         self._closure(function, found)
+
+    def imported(self, function: Any, module: str) -> None:
+        """Nothing stands for a module that a function imports as it runs."""
+        self.unidentified(function, f"{function.__name__}, which imports a module as it runs")
 
     def _globals(self, function: Callable, found: Reading) -> None:
         scope = function.__globals__
@@ -152,10 +152,12 @@ class Survey:
             self.watch.name(vars(module), attribute, value)
             if self.is_library(module):
                 value = getattr(module, attribute, MISSING)  # numpy loads some of its modules when they are read
-                self.put(b"library", f"{known_as(module.__name__)}.{attribute}".encode())
+                path = f"{known_as(module.__name__)}.{attribute}"
                 if self._is_of_library(value):
+                    self.library(path)
                     self.put(name_of(value).encode())
                     return
+                self.put(b"library", path.encode())
             elif type(module) is not types.ModuleType or (value is MISSING and hasattr(module, "__getattr__")):
                 return self.unidentified(module, f"{name}, which its module may make when it is read")
         if value is MISSING:
@@ -184,7 +186,7 @@ class Survey:
         elif hasattr(kind, "call_identity"):  # a kernel
             self.put(b"kernel", value.call_identity())
         elif path := library_path(value, self.is_library):
-            self.put(b"library", path.encode())
+            self.library(path)
         elif isinstance(value, types.FunctionType):
             self.function(value)
         else:
@@ -216,12 +218,16 @@ class Survey:
             for label, member in cls.__members__.items():
                 self.put(label.encode())
                 self.value(member.value, f"{name}.{label}")
+            self.members(cls, name)
         elif issubclass(cls, tuple) and hasattr(cls, "_fields"):
             self.put(b"NamedTuple", *map(str.encode, cls._fields))
             self.value(tuple(getattr(cls, "_field_defaults", {}).items()), f"a default of {name}")
+            self.members(cls, name)
         elif hasattr(cls, "layout_identity"):  # a block
             self.put(b"block", cls.layout_identity())
-        elif issubclass(cls, BaseException) or library_path(cls, self.is_library):
+        elif path := library_path(cls, self.is_library):
+            self.library(path)
+        elif issubclass(cls, BaseException):
             self.put(b"class", f"{known_as(cls.__module__)}.{cls.__qualname__}".encode())
         else:
             self.unidentified(cls, f"{name}, the class {cls.__qualname__}")
@@ -247,48 +253,12 @@ class Survey:
 
     def _is_of_library(self, value: Any) -> bool:
         """Whether a function or class that a library was asked for is its own: anyone may put another there."""
-        if type(value) in SCALARS or isinstance(value, types.ModuleType | np.ndarray | np.generic) or value is MISSING:
+        is_plain = type(value) in SCALARS or isinstance(value, np.ndarray | np.generic | tuple | list | dict)
+        if is_plain or isinstance(value, types.ModuleType) or value is MISSING:
             return False
         home = getattr(value, "__module__", None)
         module = sys.modules.get(home) if isinstance(home, str) else None
         return self.is_library(module) if module is not None else not isinstance(value, types.FunctionType)
-
-
-class LooseSurvey(Survey):
-    """A survey for which everything has an identity, good enough to know a function again in a later process.
-
-    What another package has is known by its name, what has no identity by what it prints; memory addresses, which no
-    two processes share, are left out.
-    """
-
-    def __init__(self, function: Any) -> None:
-        super().__init__()
-        self._own = str(getattr(function, "__module__", "")).partition(".")[0]
-
-    def unidentified(self, value: Any, what: str) -> None:
-        """The functions that it is made of, else what it prints, else its class."""
-        call = vars(type(value)).get("__call__")
-        if isinstance(getattr(value, "__wrapped__", None), types.FunctionType):
-            self.function(value.__wrapped__)
-        elif isinstance(value, functools.partial):
-            self.value((value.func, value.args, tuple(sorted(value.keywords.items()))), what)
-        elif isinstance(value, types.MethodType):
-            self.value((value.__func__, value.__self__), what)
-        elif isinstance(call, types.FunctionType):  # an object of the user's that can be called
-            held = getattr(value, "__dict__", {}) if self._is_new(value) else {}
-            self.value((call, tuple(sorted(held.items()))), what)
-        else:
-            text = value.__name__ if isinstance(value, types.ModuleType) else repr(value)
-            self.put((f"a {type(value).__qualname__}" if " at 0x" in text else text).encode())
-
-    def is_library(self, module: types.ModuleType) -> bool:
-        """Every package but the function's own, and those that are not installed."""
-        top = module.__name__.partition(".")[0]
-        return top != self._own and (top == "nonsmooth" or is_library(module) or is_installed(module))
-
-    def copies(self, array: np.ndarray, layout: str) -> bool:
-        """Arrays stand by their content."""
-        return True
 
 
 def _described(value: Any) -> str:

@@ -14,7 +14,8 @@ from importlib.metadata import entry_points
 from typing import Any, TypeVar
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, is_cached, is_usable, key_of, machine_code
-from nonsmooth.jit.fingerprint import LooseSurvey, Survey, Unidentified, python_function
+from nonsmooth.jit.content import Content
+from nonsmooth.jit.fingerprint import Survey, Unidentified, python_function
 from nonsmooth.jit.kernels import OPTIONS, Kernel
 from nonsmooth.jit.parameters import Unpack
 from nonsmooth.jit.twins import Twins
@@ -85,9 +86,12 @@ def _add_extensions(survey: Survey) -> None:
     from nonsmooth.jit.internals import extensions
 
     for function in extensions():
-        loose = LooseSurvey(function)
-        loose.function(function)
-        content = loose.digest()
+        found = Content()
+        try:
+            found.value(function, function.__qualname__)
+        except Unidentified as reason:
+            raise CannotIdentify(f"what {function.__qualname__} taught numba reads {reason}") from None
+        content = found.digest()
         if _extensions.setdefault(function, content) != content:
             raise CannotIdentify(f"what {function.__qualname__} taught numba has changed; a new process sees it")
         survey.put(content)

@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.jit import identity
-from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.content import Glance
 from nonsmooth.jit.watch import Watch
+from nonsmooth.mechanics.shelf import Same
 from nonsmooth.numerics.complex_step import COMPLEX_INCREMENT, complexified
 from nonsmooth.numerics.continuation import CannotContinue, continued
 
@@ -90,25 +90,24 @@ def derived(name: str, function: Callable, size: tuple[int, int]) -> Callable:
     Its attribute ``derived_from`` is the gap; ``continuation`` the same for complex arguments, by differences;
     ``by_differences`` the same for a compiler that refuses dual numbers.
     """
-    try:
-        seen = identity(function)  # with the constants that it reads now
-    except Exception:  # what has no code
-        seen = b""
-    return _derived(name, function, size, seen)
+    kept = _kept(name, Same(function), size)
+    if not kept or not kept[0][1].holds():
+        kept[:] = [(_derived(name, function, size), watch_on(function))]
+    return kept[0][0]
 
 
 def watch_on(function: Callable) -> Watch:
     """On what a gap reads: the functions that are derived from it hold the values of now."""
-    survey = LooseSurvey(function)
-    try:
-        survey.value(function, "")
-    except Exception:  # what has no code
-        return Watch()
-    return survey.watch
+    return Glance(function).watch
 
 
 @functools.lru_cache(maxsize=256)
-def _derived(name: str, function: Callable, size: tuple[int, int], seen: bytes) -> Callable:
+def _kept(name: str, function: Same, size: tuple[int, int]) -> list[tuple[Callable, Watch]]:
+    """Where a derived row is kept, with the watch on what it was made from."""
+    return []
+
+
+def _derived(name: str, function: Callable, size: tuple[int, int]) -> Callable:
     exact, rough = FORMS[name]
     by_differences = bound(rough, function, size)
     try:

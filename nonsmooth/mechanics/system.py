@@ -290,6 +290,12 @@ class System:
             known = vars(self)["_functions"] = self._find_functions()
         return known[0]
 
+    def given(self, which: int) -> Callable[..., Any]:
+        """The user's function behind one of ``functions``: the gap of a derived row, one that returns its values."""
+        function = self.functions[which]
+        function = getattr(function, "derived_from", function)
+        return getattr(function, "returned_from", function)
+
     def _find_functions(self) -> tuple[dict[int, Callable[..., Any]], Watch]:
         derived_rows = self._derived_rows()
         given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | derived_rows
@@ -424,9 +430,7 @@ class System:
         if which not in self.functions:
             return False
         position = ("t", "q", "u").index(argument)
-        function = self.functions[which]
-        function = getattr(function, "derived_from", function)
-        return reads_argument(getattr(getattr(function, "returned_from", function), "__code__", None), position)
+        return reads_argument(getattr(self.given(which), "__code__", None), position)
 
     def with_parameters(self, **changes: float) -> System:
         """The same system with some parameters changed.

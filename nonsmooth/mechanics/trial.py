@@ -16,7 +16,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
-from nonsmooth.jit.fingerprint import calls_compiled
+from nonsmooth.jit.content import Glance
 from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, generic_direction
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.returned import shape_fault
@@ -128,7 +128,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
     places = [given.ctypes.data for given in (q, u, system.p)]
     with np.errstate(all="ignore"):
         for which, function in system.functions.items():
-            if calls_compiled(function):
+            if Glance(function).meets_compiled:
                 continue
             written, found = np.zeros(system.shape_of(which)), np.zeros(math.prod(system.shape_of(which)))
             try:

@@ -21,7 +21,8 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import Kernel
-from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.bytecode import reading
+from nonsmooth.jit.content import Glance
 from nonsmooth.jit.watch import Watch
 
 # derived: h; h^2 lies below the rounding of any quantity, h itself far above the smallest number
@@ -68,9 +69,7 @@ def complexified(function: Any) -> Callable:
         return function
     kept = _kept(function)
     if not kept or not kept[0][1].holds():
-        survey = LooseSurvey(function)
-        survey.function(function)
-        kept[:] = [(_copy(function), survey.watch)]
+        kept[:] = [(_copy(function), Glance(function).watch)]
     return kept[0][0]
 
 
@@ -84,15 +83,10 @@ def _copy(function: types.FunctionType) -> Callable:
     scope = dict(function.__globals__) | {"abs": _abs}
     closure = tuple(types.CellType(_continuation(cell.cell_contents)) for cell in function.__closure__ or ())
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure or None)
-    for name in _names(function.__code__):
+    for name, *_ in reading(function.__code__).names:
         if name in scope and scope[name] is not function:
             scope[name] = _continuation(scope[name])
     return copy
-
-
-def _names(code: types.CodeType) -> set[str]:
-    inner = (constant for constant in code.co_consts if isinstance(constant, types.CodeType))
-    return set(code.co_names).union(*map(_names, inner))
 
 
 def _continuation(value: Any) -> Any:

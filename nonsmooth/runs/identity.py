@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from nonsmooth import __version__
+from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import Kernel, identity
+from nonsmooth.jit.content import CURE
+from nonsmooth.jit.fingerprint import Unidentified
 from nonsmooth.mechanics.system import FUNCTION_NAMES, System
 from nonsmooth.results.checkpoint import HASHED
 
@@ -23,16 +25,20 @@ def facts_of_run(
 ) -> dict[str, Any]:  # fmt: skip
     """The facts by name, as JSON can hold them.
 
-    The code of a function stands for the function, with its constants, defaults, closure and the globals that it reads;
-    of a callable without code its name does.
+    The content of a function stands for the function (jit/content.py).
+
+    Raises
+    ------
+    InvalidInput
+        Where a function reads what cannot be told from something else.
     """
-    functions = {name: system.functions[which] for name, which in FUNCTION_NAMES.items() if which in system.functions}
+    functions = {name: system.given(which) for name, which in FUNCTION_NAMES.items() if which in system.functions}
     kernels = integrator.kernels
     return {
         "version": __version__,
         "code of": {
-            **{name: _hash(_code(function)) for name, function in functions.items()},
-            **{f"the friction law of contact {i}": _hash(_code(law.function)) for i, law in system.own_laws.items()},
+            **{name: _hash(_content(function)) for name, function in functions.items()},
+            **{f"the friction law of contact {i}": _hash(_content(law.function)) for i, law in system.own_laws.items()},
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
         },
         "system": system.name or system.mass.__name__,
@@ -40,6 +46,7 @@ def facts_of_run(
         "contacts": system.kinds.tolist(),
         "laws": system.law_numbers.tolist(),
         "integrator": repr(integrator),
+        "options of the integrator": HASHED + _hash(_content(integrator)),
         "t_span": [float(t) for t in t_span],
         "every": int(every),
         "t_eval": None if t_eval is None else _hash(np.asarray(t_eval, dtype=np.float64).tobytes()),
@@ -60,12 +67,13 @@ def facts_of_scene_run(
     """The facts of a run of a scene; what has many numbers, the scene itself among it, is told by its hash."""
     bodies, d = world.bodies, world.dim
     inert = b"".join(column.tobytes() for column in (bodies.mass, bodies.moments, bodies.surface))
-    motions = b"".join(body.name.encode() + _code(body.motion) for body in world.guided)
+    motions = b"".join(body.name.encode() + _content(body.motion) for body in world.guided)
     return {
         "version": __version__,
         "scene": repr(world.scene),
         "integrator": repr(integrator),
         "contacts": repr(integrator.contacts),
+        "options of the integrator": HASHED + _hash(_content(integrator)),
         "code of": {
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
             "the motions of guided bodies": _hash(motions),
@@ -85,8 +93,11 @@ def facts_of_scene_run(
     }
 
 
-def _code(function: Any) -> bytes:
-    return identity(function) if inspect.isfunction(function) else repr(getattr(function, "__qualname__", "")).encode()
+def _content(value: Any) -> bytes:
+    try:
+        return identity(value)
+    except Unidentified as reason:
+        raise InvalidInput(f"a checkpoint cannot tell this run from others: {reason}. {CURE}") from None
 
 
 def _hash(content: bytes) -> str:

@@ -28,6 +28,7 @@ from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, UnsettledWarning, warn_caller
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.jit import identity
 from nonsmooth.jit.blocks import WORD
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
@@ -318,7 +319,7 @@ class Chain:
         starts = [(q.tolist(), u.tolist()) for q, u in self.starts]
         looks = [times[[0, -1]].tolist() for times in self.looks]
         parts = (self.parameter, self.values.tolist(), self.coordinate, starts, looks, self.integrators)
-        return "\n".join([identity_of_model(self.model), *map(repr, parts)])
+        return f"{identity_of_model(self.model)}\n{identity(parts).hex()}"
 
     def __call__(self, start: int) -> dict[str, np.ndarray]:
         """For each value the coordinate in the late part (k, m), NaN beyond the points of a section that has fewer, and

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.jit import identity
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import the_start
 from nonsmooth.results.solution import Solution
@@ -150,7 +151,7 @@ class ComparisonTask(FunctionTask):
         observed = {name: values.tolist() for name, values in self.reference.observed.items()}
         delay = None if self.reference.delay is None else self.reference.delay.tolist()
         parts = (self.problem.times.tolist(), observed, delay, self.integrators)
-        return "\n".join([self.problem.identity(), *map(repr, parts)])
+        return f"{self.problem.identity()}\n{identity(parts).hex()}"
 
 
 def run_comparison(

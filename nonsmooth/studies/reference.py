@@ -18,6 +18,7 @@ from nonsmooth.checks.arrays import as_array, as_positive
 from nonsmooth.errors import InvalidInput, SimultaneousImpactWarning, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
+from nonsmooth.jit import identity
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
@@ -84,8 +85,7 @@ class Problem:
 
     def identity(self) -> str:
         """A text that is equal for equal motions."""
-        t_0, q0, u0 = self.start
-        return "\n".join([identity_of_model(self.model), *map(repr, (t_0, q0.tolist(), u0.tolist()))])
+        return f"{identity_of_model(self.model)}\n{identity(self.start).hex()}"
 
     def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
         """The run of an integrator, recorded at some times, or at the start and every step.
@@ -145,9 +145,7 @@ class SceneProblem(Problem):
 
     def identity(self) -> str:
         """A text that is equal for equal motions."""
-        scene, t_0 = self.scene, self.start[0]
-        pairs = sorted(repr((sorted(names), given)) for names, given in scene.pairs.items())
-        return "\n".join(map(repr, (t_0, scene.gravity, pairs, *scene.bodies)))
+        return identity(self.start[0], self.scene).hex()
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,13 @@ SYNC = 1.0  # chosen: s between two orders to put what was written on the disk
 
 
 def study_of(task: Task, plan: Plan) -> str:
-    """Hash of all that the results depend on."""
+    """Hash of all that the results depend on.
+
+    Raises
+    ------
+    Unidentified
+        Where the task reads what cannot be told from something else.
+    """
     digest = hashlib.sha256(f"{__version__}\n{type(task).__qualname__}\n{task.identity()}\n".encode())
     for axis in plan.axes:
         digest.update(f"{axis.name}\n{plan.is_table}\n{axis.values.dtype.kind}\n".encode())

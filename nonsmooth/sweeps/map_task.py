@@ -13,6 +13,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_count, as_number
 from nonsmooth.contact.planar.forces import Outcome
 from nonsmooth.errors import InvalidInput
+from nonsmooth.jit import identity
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import describing, own_state
@@ -113,7 +114,7 @@ class MapTask:
         state = own_state(self.model) if self.state is None else self.state
         code = identity_of_model(self.model, state, getattr(describing(self.model), "natural_state", None))
         pair = [np.asarray(part).tolist() for part in state] if isinstance(state, tuple | list) else []
-        return "\n".join([code, repr((self.t, self.kept, sorted(self.fixed.items()), pair))])
+        return f"{code}\n{identity((self.t, self.kept, sorted(self.fixed.items()), pair)).hex()}"
 
     def load(self) -> None:
         """Compile the search."""

@@ -16,6 +16,7 @@ from nonsmooth.checks.arrays import as_count, as_fraction, as_name, as_positive
 from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.jit import identity
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.initial_modes import INADMISSIBLE
@@ -201,7 +202,7 @@ class RunTask:
             self.settle, self.settle_by, *([] if self.record == KINDS else [self.record]),
             [name_of(function) for function in self.functions],
         )  # fmt: skip
-        return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
+        return f"{identity_of_model(self.model, *self.functions)}\n{identity(parts).hex()}"
 
     def doubt(self, values: dict[str, np.ndarray]) -> str:
         """What is to be said of the results."""

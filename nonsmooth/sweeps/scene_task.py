@@ -7,6 +7,7 @@ from typing import Any
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.jit import identity
 from nonsmooth.results.scene_records import as_kinds
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.simulate import require_integrator, simulate_whole
@@ -77,7 +78,7 @@ class SceneTask(FunctionTask):
         """Of the function that builds, those that measure, and of the run."""
         of_measures = [FunctionTask(measure).identity() for measure in self.measures]
         options = (self.t_span, self.integrator, getattr(self.integrator, "contacts", None), self.every, self.record)
-        return "\n".join([super().identity(), *of_measures, *map(repr, options)])
+        return "\n".join([super().identity(), *of_measures, identity(options).hex()])
 
     def value(self, **cell: Any) -> dict[str, Any]:
         """Build the scene of a cell, run it, measure."""

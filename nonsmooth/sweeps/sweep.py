@@ -30,6 +30,8 @@ from nonsmooth.errors import (
     shown,
     warn_caller,
 )
+from nonsmooth.jit.content import CURE
+from nonsmooth.jit.fingerprint import Unidentified
 from nonsmooth.mechanics.system import System
 from nonsmooth.signals.interruption import interrupts_held_back
 from nonsmooth.sweeps.axes import Plan, as_plan
@@ -168,7 +170,9 @@ def sweep(
         with contextlib.ExitStack() as stack:
             engine, threads = stack.enter_context(open_executor(task, executor, scheduler, workers, timeout))
             sent = task if isinstance(engine, InThisProcess | ThreadPoolExecutor) else packed(task)
-            book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
+            book = (
+                None if journal is None else stack.enter_context(Journal(journal, result.require_study(), plan, resume))
+            )
             if book is not None:
                 result.read(book)
             if not isinstance(sent, Packed):
@@ -318,12 +322,28 @@ class Result:
         needed = len(plan) * (CELL_BYTES + 8.0 * max(1, len(task.variables)))
         require_memory(needed, f"the results of {len(plan)} cells", "take fewer, or some at a time")
         self.task, self.plan = task, plan
-        self.study = study_of(task, plan)
+        self.study = self.untold = ""
+        try:
+            self.study = study_of(task, plan)
+        except Unidentified as reason:
+            self.untold = str(reason)
         self.values: dict[str, np.ndarray] = {}
         self.status = np.full(len(plan), int(CellStatus.NOT_RUN), dtype=np.int8)
         self.messages: dict[int, str] = {}
         self.n_resumed = self.inadmissible = 0
         self.is_interrupted = False
+
+    def require_study(self) -> str:
+        """The hash by which a journal knows the study.
+
+        Raises
+        ------
+        InvalidInput
+            Where it cannot be told from others.
+        """
+        if self.untold:
+            raise InvalidInput(f"a journal cannot tell this study from others: {self.untold}. {CURE}")
+        return self.study
 
     def read(self, journal: Journal) -> None:
         """Take the finished cells of a journal."""

@@ -7,9 +7,7 @@ status and a message instead of an exception; its results are NaN.
 from __future__ import annotations
 
 import functools
-import hashlib
 import inspect
-import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -125,7 +123,7 @@ class Task(Protocol):
         """Raise `UnknownName` for an axis that the task does not take."""
 
     def identity(self) -> str:
-        """A text that is equal for equal tasks, in every process."""
+        """A text that is equal for equal tasks, in every process; `Unidentified` where nothing tells them apart."""
 
     def load(self) -> None:
         """Compile what the cells will call: this is not part of their time."""
@@ -179,19 +177,10 @@ class FunctionTask:
         """Nothing that is known here."""
 
     def identity(self) -> str:
-        """Name and code of the function, and what it carries along."""
+        """Name and content of the function."""
         function = self.function
-        parts = [name_of(function)]
-        while isinstance(function, functools.partial):
-            parts.append(repr((function.args, sorted(function.keywords.items()))))
-            function = function.func
-        if inspect.isfunction(function):
-            parts.append(hashlib.sha256(identity_of(function)).hexdigest())
-        elif hasattr(function, "identity"):
-            parts.append(function.identity())
-        elif not inspect.isbuiltin(function):
-            parts.append(hashlib.sha256(pickle.dumps(function)).hexdigest())
-        return "\n".join(parts)
+        own = getattr(function, "identity", None) if type(function).__module__.startswith("nonsmooth.") else None
+        return f"{name_of(function)}\n{own() if own is not None else identity_of(function).hex()}"
 
     def value(self, **cell: Any) -> dict[str, Any]:
         """What is kept of a cell."""
@@ -213,16 +202,11 @@ class FunctionTask:
 
 
 def identity_of_model(model: Any, *functions: Any) -> str:
-    """A text that is equal for equal models: parameters, contacts, the code of its functions and of further ones."""
-    system, digest = as_system(model), hashlib.sha256()
-    for which, function in sorted(system.functions.items()):
-        digest.update(repr(which).encode() + identity_of(function))
-    for function in functions:
-        digest.update(identity_of(function) if inspect.isfunction(function) else b"")
-    for i, law in system.own_laws.items():
-        digest.update(repr(i).encode() + identity_of(getattr(law.function, "py_func", law.function)))
-    parts = (type(model).__qualname__, system.name, system.parameter_values, system.contacts)
-    return "\n".join([*map(repr, parts), digest.hexdigest()])
+    """A text that is equal for equal models: parameters, contacts, the content of its functions and of further ones."""
+    system = as_system(model)
+    numbers = type(model).__qualname__, system.name, tuple(system.parameter_values.items())
+    return identity_of(numbers, tuple(system.functions), *map(system.given, system.functions), system.contacts,
+                       *functions).hex()  # fmt: skip
 
 
 def name_of(function: Any) -> str:
