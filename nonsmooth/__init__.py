@@ -143,6 +143,7 @@ _HOME = {
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",
     "EnergyGainWarning": "errors",
+    "FrictionGainWarning": "errors",
     "ModelNotFoundWarning": "errors",
     "SimultaneousImpactWarning": "errors",
     "PenetrationWarning": "errors",

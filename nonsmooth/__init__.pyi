@@ -27,6 +27,7 @@ from nonsmooth.errors import CellFailure as CellFailure
 from nonsmooth.errors import CheckpointFailure as CheckpointFailure
 from nonsmooth.errors import EnergyGainWarning as EnergyGainWarning
 from nonsmooth.errors import FileFailure as FileFailure
+from nonsmooth.errors import FrictionGainWarning as FrictionGainWarning
 from nonsmooth.errors import InitialStateWarning as InitialStateWarning
 from nonsmooth.errors import InterpretedWarning as InterpretedWarning
 from nonsmooth.errors import InvalidInput as InvalidInput

@@ -66,6 +66,10 @@ class EnergyGainWarning(NonsmoothWarning):
     """Impacts gained energy, as Newton's law of impact with friction lets them."""
 
 
+class FrictionGainWarning(EnergyGainWarning):
+    """Friction did work at impacts and drove the slide, as Newton's law of impact lets it."""
+
+
 class SimultaneousImpactWarning(NonsmoothWarning):
     """Newton's law of impact rebounded several coupled contacts at once: one answer of many."""
 

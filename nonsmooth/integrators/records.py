@@ -19,6 +19,7 @@ import numpy as np
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new, numbers
 from nonsmooth.mechanics.contact_problem import SHORT_ROW
+from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_IMPACT, ImpactLaw
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
@@ -45,6 +46,7 @@ class Worst(Block):
     ledger_error: float  # of a step, relative to ledger_size
     ledger_size: float  # [J] of the terms of a step, the largest so far
     gain: float  # [J]
+    push: float  # [J] of work that friction did at an impact
 
 
 class Event(Block):
@@ -83,6 +85,7 @@ class Counters(Block):
     found: int  # of the last contact problem: the set of modes
     solutions: int  # and their number
     gains: int  # impacts, or steps, in which the contacts gained energy
+    pushes: int  # in which friction drove a slide
     uncounted: int  # problems whose solutions were not counted
     shared: int  # whose impulses are one share of many
     rejected: int  # steps that were tried and refused
@@ -257,9 +260,10 @@ def take_together(trial, state):
 
 @kernel
 def book_contact_energy(sys, n_k, ubar, ledger, work):
-    """Book friction, normal and surface work of a step: (their sum, friction and normal alone, sizes of all parts)."""
+    """Book friction, normal and surface work of a step: (their sum, friction and normal alone, sizes of all parts, the
+    work with which friction drives a slide at a rebound)."""
     closed, start, W, P, w = work.closed, work.start, work.W, work.P, work.w
-    n, total, gain, size = sys.n, 0.0, 0.0, 0.0
+    n, total, gain, size, push = sys.n, 0.0, 0.0, 0.0, 0.0
     for k in range(n_k):
         has_normal = sys.kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
@@ -277,7 +281,16 @@ def book_contact_energy(sys, n_k, ubar, ledger, work):
             total += P[r] * velocity
             gain += loss
             size += abs(P[r]) * speed
-    return total, gain, size
+            if loss > 0.0 and not is_normal and has_normal and rebounds_by_newton(sys, closed[k], start[k], work):
+                push = max(push, loss - abs(P[r] * (work.c[r] - work.gamma_0[r])))
+    return total, gain, size, push
+
+
+@kernel
+def rebounds_by_newton(sys, i, row, work):
+    """Whether contact i approaches and Newton's law gives back a part of that, and nothing of the slide."""
+    has_law = sys.laws[i, LAW_E_N] > 0.0 and sys.laws[i, LAW_IMPACT] == ImpactLaw.NEWTON.value
+    return has_law and sys.laws[i, LAW_E_F] == 0.0 and sys.kinds[i, 0] == UNILATERAL and work.gamma_0[row] < 0.0
 
 
 @kernel
@@ -286,7 +299,7 @@ def book_energy(sys, dt, theta, is_implicit, n_k, state, work):
 
     The error is counted in the sum of the sizes of all parts, the largest of the run so far: where large works cancel,
     or forces within h of a system at rest, their rounding remains. Returns what the contacts gained, relative to their
-    surfaces, and the sum of the sizes of its parts.
+    surfaces, the sum of the sizes of its parts, and the work with which friction drives a slide at a rebound.
     """
     n = sys.n
     h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
@@ -305,14 +318,14 @@ def book_energy(sys, dt, theta, is_implicit, n_k, state, work):
         change += ubar[i] * momentum
         force += ubar[i] * impulse
         size += (abs(u_0[i]) + abs(u_1[i])) * (moved + abs(impulse))
-    contact, gain, contact_size = book_contact_energy(sys, n_k, ubar, ledger, work)
+    contact, gain, contact_size, push = book_contact_energy(sys, n_k, ubar, ledger, work)
     ledger[FORCE_WORK] += force
     size += contact_size
     worst.ledger_size = max(worst.ledger_size, size)
     error = abs(change - force - contact)
     if error > worst.ledger_error * worst.ledger_size:
         worst.ledger_error = error / worst.ledger_size
-    return gain, contact_size
+    return gain, contact_size, push
 
 
 @kernel

@@ -41,6 +41,8 @@ class Stats:
         (docs/theory/moreau_jean.md); of rigid contacts.
     worst_energy_gain : float
         The most that one of them gained [J].
+    friction_gains, worst_friction_gain : int, float
+        Impacts by Newton's law at which friction did work and drove the slide, and the most in one of them [J].
     struck_together : int
         Impacts, or steps with an impact, in which Newton's law with e_N > 0 rebounded several coupled contacts at once.
     first_together : str
@@ -81,6 +83,8 @@ class Stats:
     factorisations: int = 0
     struck_together: int = 0
     first_together: str = ""
+    friction_gains: int = 0
+    worst_friction_gain: float = 0.0
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Stats) and vars(self) == vars(other)
@@ -114,7 +118,7 @@ class Stats:
             c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
             worst["residual"], worst["penetration"], known_error, wall_time,
             compile_time, is_compiled, c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"],
-            c["evaluations"], c["jacobians"], c["factorisations"], *struck,
+            c["evaluations"], c["jacobians"], c["factorisations"], *struck, c["pushes"], worst["push"],
         )  # fmt: skip
 
 
@@ -149,4 +153,14 @@ def energy_gain(stats: Stats) -> str:
         f"the contacts gained energy in {impacts}, up to {stats.worst_energy_gain:.3g} J: Newton's law of impact lets "
         "them where coefficients differ, as e_N > 0 with friction of e_F = 0; a single contact with "
         "impact='energetic', or one e for e_N and e_F of all contacts, does not gain"
+    )
+
+
+def friction_gain(stats: Stats) -> str:
+    """What is to be said of a run in which friction drove a slide."""
+    impacts = "one impact" if stats.friction_gains == 1 else f"{stats.friction_gains} impacts"
+    return (
+        f"friction did work in {impacts}, up to {stats.worst_friction_gain:.3g} J: Newton's law of impact takes the "
+        "friction at the end for the whole impact, also where the slide is reversed on the way; Contact(impact="
+        "'energetic') follows it, and there friction only takes"
     )

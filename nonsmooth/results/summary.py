@@ -23,7 +23,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.results.events import event_of, mode_name
 from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER, MODES
-from nonsmooth.results.stats import energy_gain, rebound_together
+from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
 
 if TYPE_CHECKING:
     from nonsmooth.results.events import Event, ParadoxEvent
@@ -147,6 +147,7 @@ def _energy(solution: Solution, recorded: tuple[str, ...]) -> list[str]:
     contact_work = sum(done[name] for name in ("friction", "normal", "surface")) if done else 0.0
     lines = [_balance(done, contact_work)] if done else []
     lines += [f"  {energy_gain(stats)}"] if stats.energy_gains else []
+    lines += [f"  {friction_gain(stats)}"] if stats.friction_gains else []
     lines += [f"  {rebound_together(stats)}"] if stats.struck_together else []
     if done and ledger["projection"].any():
         lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")

@@ -38,7 +38,7 @@ MANY_EVENTS = 100  # chosen: events within one of its steps
 # chosen: steps between two looks at the events: the same ones on a fast machine as on a slow one
 STEPS_BETWEEN_LOOKS = 100
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
-ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains", "rejected", "evaluations")
+ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains", "pushes", "rejected", "evaluations")
 
 
 class HandingRun(Run):

@@ -241,7 +241,8 @@ class Run(Ongoing):
     def _is_short(self) -> bool:
         """Whether the run came to a good end of which there is nothing to say, and its rows are lent."""
         is_done = self.status == Status.FINISHED and isinstance(self.integrator, FixedStep)
-        is_told = self.state.counters.gains or self.state.together.count
+        counters = self.state.counters
+        is_told = counters.gains or counters.pushes or self.state.together.count
         return is_done and self.workspace.lends(self.record) and not (self.recorder.rows or is_told)
 
     def _rest_of_short(self, events: np.ndarray) -> Callable[[], dict[str, Any]]:

@@ -12,14 +12,22 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive
 from nonsmooth.contact.planar.single import Selection
-from nonsmooth.errors import EnergyGainWarning, InvalidInput, SimultaneousImpactWarning, Status, shown, warn_caller
+from nonsmooth.errors import (
+    EnergyGainWarning,
+    FrictionGainWarning,
+    InvalidInput,
+    SimultaneousImpactWarning,
+    Status,
+    shown,
+    warn_caller,
+)
 from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import UNILATERAL, System
-from nonsmooth.results.recorded import kinds_of_system
+from nonsmooth.results.recorded import LEDGER, kinds_of_system
 from nonsmooth.results.solution import Solution
-from nonsmooth.results.stats import Stats, energy_gain, rebound_together
+from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live
@@ -35,6 +43,7 @@ if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
 
 MOST_THREADS = 64  # chosen: each has a memory of its own, 80 bytes a body and 16 a contact
+TOLD_WORK = 0.01  # chosen: of what normal forces took: work of friction that is told by a warning
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
 _may_go_ahead: ContextVar[bool] = ContextVar("may_go_ahead", default=False)  # whether a run may be ahead of its code
 SELECTIONS = {
@@ -282,7 +291,7 @@ def simulate(
     if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
         solution = solution.without_start()
     if solution.is_found:
-        tell_of_impacts(solution.stats, system)
+        tell_of_impacts(solution, system)
     if reason is not None:
         solution.about["chosen"] = reason
     if solution.success and not functions:
@@ -292,15 +301,27 @@ def simulate(
     return solution
 
 
-def tell_of_impacts(stats: Stats, system: System) -> None:
-    """Warn of impacts that gained energy, and of those that struck several contacts together under a law that nobody
-    chose."""
+def tell_of_impacts(solution: Solution, system: System) -> None:
+    """Warn of impacts that gained energy, of those at which friction did so much work that it drives the run, and of
+    those that struck several contacts together under a law that nobody chose."""
+    stats = solution.stats
     if stats.energy_gains:
         warn_caller(energy_gain(stats), EnergyGainWarning)
+    elif stats.friction_gains and friction_drives(solution):
+        warn_caller(friction_gain(stats), FrictionGainWarning)
     if stats.struck_together and any(
         contact.impact is None and contact.kind == UNILATERAL for contact in system.contacts
     ):
         warn_caller(rebound_together(stats), SimultaneousImpactWarning)
+
+
+def friction_drives(solution: Solution) -> bool:
+    """Whether friction is known to have done work in all, and not a little beside what the normal forces took."""
+    if LEDGER not in solution.recorded:
+        return False
+    ledger = solution.find_ledger([0, -1])
+    friction, normal = (float(np.diff(ledger[name])[0]) for name in ("friction", "normal"))
+    return friction > TOLD_WORK * abs(normal)
 
 
 def kind_of_run(integrator: Any) -> Any:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.start import answers_start
+from nonsmooth.mechanics.system import BILATERAL, System
 from nonsmooth.results.events import mode_name
 from nonsmooth.results.solution import Solution
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
@@ -191,7 +192,8 @@ def penalty_study(
         exact = as_reference(EXACT if reference is None else reference, rigid, delay)
     task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
     data = run_comparison(task, "N/m", workers, journal, progress)
-    data.attrs |= {"left_out": chosen.left_out, **in_words(problem.system)}
+    data.attrs |= {"left_out": chosen.left_out, "doubt": exact.doubt, **in_words(problem.system)}
+    data.attrs["undamped"] = undamped_ones(problem.system, compliant.values())
     data = data if found is None else found.columns(data)
     span = problem.span[1] - problem.span[0]
     steppers = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
@@ -202,6 +204,19 @@ def penalty_study(
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1
     return Study("stiffness", data, titled(problem.system, "the penalty limit"))
+
+
+def undamped_ones(system: System, runs: Iterable[Penalty]) -> str:
+    """What is to be said of bilateral contacts whose springs have no damper."""
+    if any(run.damping or run.damping_ratio for run in runs):
+        return ""
+    names = [system.described.contacts[i] for i in np.flatnonzero(system.kinds[:, 0] == BILATERAL)]
+    if not names:
+        return ""
+    return (
+        f"the springs of {', '.join(names)}, held on both sides, have no damper and vibrate for ever: velocities and "
+        "forces do not converge, and where friction follows these forces nor does the motion; give damping_ratio=1"
+    )
 
 
 class PenaltyTask(ComparisonTask):

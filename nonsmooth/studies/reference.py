@@ -22,6 +22,7 @@ from nonsmooth.jit import identity
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
+from nonsmooth.results.stats import Stats, energy_gain, friction_gain
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.scenes.given import as_scene
 from nonsmooth.scenes.scene import Scene
@@ -161,12 +162,15 @@ class Reference:
         Its events, where it locates them.
     delay : ndarray (m,)
         Time after each at which states are compared [s].
+    doubt : str
+        What is to be said of its impacts.
     """
 
     observed: Observed
     floor: dict[str, np.ndarray]
     events: Entrances | None = None
     delay: np.ndarray | None = None
+    doubt: str = ""
 
     def observe(self, problem: Problem, integrator: Any, run: Solution) -> Observed:
         """The same of a run, which was recorded at the times of the problem; NaN where it has no such event."""
@@ -236,7 +240,17 @@ def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Re
         raise InvalidInput(f"delay= needs a reference that locates its events, as EventDriven does; got {given!r}")
     observed = alone.observe(problem, given, fine)
     floor = largest_differences(observed, alone.observe(problem, coarser(given), coarse))
-    return replace(alone, observed=observed, floor=floor)
+    return replace(alone, observed=observed, floor=floor, doubt=doubt_of_impacts(fine))
+
+
+def doubt_of_impacts(run: Solution) -> str:
+    """Why no compliant contact tends to a rigid run: its impacts, or their friction, gained energy."""
+    stats = run.stats
+    gained = getattr(stats, "energy_gains", 0), getattr(stats, "friction_gains", 0)
+    if not any(gained) or not isinstance(stats, Stats):
+        return ""
+    said = energy_gain(stats) if gained[0] else friction_gain(stats)
+    return f"the limits differ: in the rigid reference {said}; the friction of springs and dampers only takes"
 
 
 def as_given(pair: Any, problem: Problem) -> Reference:

@@ -124,8 +124,12 @@ class Study:
         if self.is_interrupted:
             n = int((self.data.status.values == FINISHED).sum())
             notes.append(f"interrupted: {n} of {len(self.x)} runs are finished")
-        notes += [self.data.attrs[name] for name in ("left_out", "soft") if self.data.attrs.get(name)]
-        return notes + ([other_limit(self)] if self.of == "stiffness" and other_limit(self) else [])
+        notes += [
+            self.data.attrs[name] for name in ("left_out", "soft", "undamped", "doubt") if self.data.attrs.get(name)
+        ]
+        is_explained = any(self.data.attrs.get(name) for name in ("undamped", "doubt"))
+        other = other_limit(self) if self.of == "stiffness" and not is_explained else ""
+        return notes + ([other] if other else [])
 
     @property
     def is_interrupted(self) -> bool:

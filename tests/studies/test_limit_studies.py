@@ -412,3 +412,52 @@ def test_a_figure_tells_kinds_of_error_apart_in_grey_and_gives_no_space_to_what_
     assert kinds["coordinates"] != kinds["velocities"] and faults(figure) == []
     least = min(np.nanmin(study.errors(name)) for name in ("error_q", "error_u"))
     assert 0 < hidden.min() < 1e-4 * least and axes.get_ylim()[0] > 1e-4 * least
+
+
+def wall_pendulum(impact):
+    """A pendulum that strikes a rough wall: the rebound turns its slide along the wall round."""
+
+    class Parameters(NamedTuple):
+        l: float = 0.5
+        a: float = 0.2
+        mu: float = 0.3
+        e: float = 0.6
+
+    def mass(t, q, p, M):
+        M[0, 0] = p.l**2
+
+    def force(t, q, u, p, h):
+        h[0] = -9.81 * p.l * math.sin(q[0])
+
+    def gap(t, q, p, g_N):
+        g_N[0] = p.a - p.l * math.sin(q[0])
+
+    def tangent(t, q, p, W_F):
+        W_F[0, 0, 0] = p.l * math.sin(q[0])
+
+    return ns.System(
+        coordinates=[("th", "rad")], mass=mass, force=force, gap=gap, tangent=tangent, parameters=Parameters(),
+        contacts=[ns.Contact(mu="mu", e_N="e", impact=impact, name="wall")],
+    )  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::nonsmooth.FrictionGainWarning")
+def test_a_study_says_that_friction_drives_its_rigid_reference():
+    options = {"state": {"th": -0.9}, "stiffness": [1e6, 1e8, 1e10], "progress": False, "beside": []}
+    driven = ns.penalty_study(wall_pendulum("newton"), (0, 1), **options)
+    (note,) = driven.notes()
+    assert "rigid reference friction did work in" in note and "impact='energetic'" in note.replace('"', "'")
+    assert note in driven.table() and driven.data.error_q.values[-1, -1] > 0.01  # they part
+    followed = ns.penalty_study(wall_pendulum("energetic"), (0, 1), **options)
+    assert not any("friction" in note for note in followed.notes())
+    assert followed.data.error_q.values[-1, -1] < 1e-3
+
+
+def test_a_study_says_that_springs_of_bilateral_contacts_have_no_damper():
+    rod = SpragSlip()
+    options = {"stiffness": [1e5, 1e6, 1e7], "progress": False, "beside": []}
+    rings = ns.penalty_study(rod, (0, 0.1), *rod.state(), **options)
+    assert any("have no damper and vibrate" in note and "damping_ratio=1" in note for note in rings.notes())
+    damped = ns.penalty_study(rod, (0, 0.1), *rod.state(), damping_ratio=1.0, **options)
+    assert not any("damper" in note for note in damped.notes())
+    assert (damped.data.error_u.values[-1] < rings.data.error_u.values[-1]).all()

@@ -291,7 +291,9 @@ def end_stretch(sys, t_1, H, state, run):
         state.mode[i], state.slip[i], state.several[i] = run.contacts.mode[i], run.contacts.slip[i], run.several[i]
     keep_events(state, run)
     state.counters.gains += run.trial.counters.gains
+    state.counters.pushes += run.trial.counters.pushes
     state.worst.gain = max(state.worst.gain, run.trial.worst.gain)
+    state.worst.push = max(state.worst.push, run.trial.worst.push)
     take_together(run.trial, state)
     return status
 

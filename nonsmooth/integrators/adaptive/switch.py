@@ -181,7 +181,9 @@ def take_jump(sys, state, run):
     for k in range(N_LEDGER):
         state.ledger[k] += trial.ledger[k]
     state.counters.gains += trial.counters.gains
+    state.counters.pushes += trial.counters.pushes
     state.worst.gain = max(state.worst.gain, trial.worst.gain)
+    state.worst.push = max(state.worst.push, trial.worst.push)
     take_together(trial, state)
     for e in range(trial.counters.n_events):
         kind = trial.events[e, EVENT_KIND]

@@ -76,6 +76,7 @@ def begin_trial(state, trial):
     for k in range(N_LEDGER):
         trial.ledger[k] = 0.0
     trial.counters.n_events, trial.counters.gains, trial.worst.gain = 0, 0, 0.0
+    trial.counters.pushes, trial.worst.push = 0, 0.0
     trial.together.count = 0
 
 

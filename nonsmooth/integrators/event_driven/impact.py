@@ -22,7 +22,7 @@ from nonsmooth.contact.planar.ladder import Route, solve_planar, solve_uncoupled
 from nonsmooth.contact.planar.single import Selection, count, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.touch import END_OF_SERIES, WITHOUT_COLLISION, Touch
-from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
+from nonsmooth.integrators.moreau_jean.energy_gain import note_gains
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.moreau_jean.struck_together import note_together
 from nonsmooth.integrators.records import State, book_contact_energy
@@ -106,9 +106,8 @@ def solve_impact_of(sys, island, t, x, n_touching, state, contacts, touch):
         return Status.NO_SOLUTION.value
     if touch.impact != WITHOUT_COLLISION:
         note_solutions(n_k, contacts, touch)
-    gain, size = apply_impulses(sys, n_k, r, x, contacts, touch)
-    if gain > rounded_sum(VELOCITY_ROUNDINGS, size):
-        note_gain(sys, gain, True, n_k, state, work)
+    gain, size, push = apply_impulses(sys, n_k, r, x, contacts, touch)
+    note_gains(sys, gain, push, rounded_sum(VELOCITY_ROUNDINGS, size), True, n_k, state, work)
     if n_k > 1 and touch.impact != WITHOUT_COLLISION and touch.impact != END_OF_SERIES:
         note_together(sys, t, contacts.numbers.atol, n_k, state, work)
     return Status.RUNNING.value
@@ -177,7 +176,8 @@ def apply_impulses(sys, n_k, r, x, contacts, touch):
     """u += X^T P, what cancels to rounding set to 0; impulses and works are added to the quadratures of x, with the
     mean velocities of the impact.
 
-    Returns what the contacts gained, relative to their surfaces, and the sum of the sizes of its parts.
+    Returns what the contacts gained, relative to their surfaces, the sum of the sizes of its parts, and the work with
+    which friction drives a slide.
     """
     n = sys.n
     work, kinds = contacts.work, sys.kinds
@@ -193,7 +193,7 @@ def apply_impulses(sys, n_k, r, x, contacts, touch):
         work.trial[j] = 0.5 * (before + x[n + j])
     for m in range(touch.ledger.shape[0]):
         touch.ledger[m] = 0.0
-    _, gain, size = book_contact_energy(sys, n_k, work.trial, touch.ledger, work)
+    _, gain, size, push = book_contact_energy(sys, n_k, work.trial, touch.ledger, work)
     for m in range(4):
         x[2 * n + 3 * n_c + m] += touch.ledger[m]
     for k in range(n_k):
@@ -204,4 +204,4 @@ def apply_impulses(sys, n_k, r, x, contacts, touch):
         if kinds[i, 1] > 0:
             touch.P[i, 1] += work.P[b]
             x[2 * n + 2 * n_c + i] += work.P[b]
-    return gain, size
+    return gain, size, push

@@ -15,6 +15,9 @@ One contact that strikes and then sticks, D = G_NN G_FF - G_NF^2, gains
     A = (2 G_NF gamma_N gamma_F - (1 - e_N^2) G_FF gamma_N^2 - G_NN gamma_F^2) / (2 D)
 
 which is positive for some gamma_F where G_NF^2 > (1 - e_N^2) G_NN G_FF. Poisson's and the energetic law do not gain.
+
+Friction alone may do work, P_F (gamma_F0 + gamma_F1)/2 > 0, although all together loses: the law takes the force of the
+end for the whole impact, at which a slide that reverses was the other way before. That is counted apart.
 Source: Kane, Levinson, *Dynamics: Theory and Applications* (1985), section 4.13; Stronge, *Proc. R. Soc. A* 431 (1990)
 169.
 """
@@ -22,10 +25,31 @@ Source: Kane, Levinson, *Dynamics: Theory and Applications* (1985), section 4.13
 from __future__ import annotations
 
 from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL
-from nonsmooth.jit import rare_kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 from nonsmooth.numerics.rounding import rounded_sum
+
+
+@kernel
+def note_gains(sys, gain, push, rounding, is_impact, n_k, state, work):
+    """Note what a step, or an impact, gained beyond rounding, and where friction drove a slide."""
+    if gain > rounding:
+        note_gain(sys, gain, is_impact, n_k, state, work)
+    if push > rounding:
+        note_push(push, n_k, state, work)
+
+
+@rare_kernel
+def note_push(push, n_k, state, work):
+    """Count an impact at which friction did work, beyond what the residual leaves open."""
+    impulses, scale = 0.0, 0.0
+    for r in range(work.start[n_k]):
+        impulses += abs(work.P[r])
+        scale = max(scale, abs(work.c[r]))
+    if push > ACCEPTED_RESIDUAL * scale * impulses:
+        state.counters.pushes += 1
+        state.worst.push = max(state.worst.push, push)
 
 
 @rare_kernel

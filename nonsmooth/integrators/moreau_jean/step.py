@@ -10,7 +10,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.contract import STEP
 from nonsmooth.integrators.moreau_jean.compliance import add_compliance, find_end_gaps
 from nonsmooth.integrators.moreau_jean.contact import Scratch, mode_of, solve
-from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
+from nonsmooth.integrators.moreau_jean.energy_gain import note_gains
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean.projection import project
 from nonsmooth.integrators.moreau_jean.struck_together import BY_FORCES, note_together
@@ -183,9 +183,9 @@ def accept_step(sys, t, dt, theta, n_k, state, scratch):
     n, n_c = sys.n, sys.n_c
     work = scratch.work
     if state.skips.ledger == 0 or may_gain(sys, n_k, work):
-        gain, size = book_energy(sys, dt, theta, is_implicit(sys), n_k, state, work)
-        if scratch.options.stiffness == 0.0 and gain > rounded_sum(VELOCITY_ROUNDINGS, size):
-            note_gain(sys, gain, False, n_k, state, work)
+        gain, size, push = book_energy(sys, dt, theta, is_implicit(sys), n_k, state, work)
+        if scratch.options.stiffness == 0.0:
+            note_gains(sys, gain, push, rounded_sum(VELOCITY_ROUNDINGS, size), False, n_k, state, work)
     if n_k > 1 and scratch.options.stiffness == 0.0:
         note_together(sys, t, BY_FORCES, n_k, state, work)
     k = 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BouncingBall, PainleveRod, SpragSlip, WallPendulum
+from models import BouncingBall, PainleveRod, SpragSlip, WallPendulum, Woodpecker
 from tests.systems import block
 
 ROD = PainleveRod(m=1.0, l=2.0, I=1 / 3, mu=1.0, e=0.9)  # at 45 degrees G = ((2.5, -1.5), (-1.5, 2.5))
@@ -94,3 +94,43 @@ def test_steps_in_which_forces_turn_a_slide_are_no_gains_of_an_impact(theta):
 def test_curved_constraints_surfaces_and_elastic_impacts_gain_nothing(model, dt):
     solution = ns.simulate(model, (0, 0.3), *model.state(), integrator=ns.MoreauJean(dt=dt))
     assert solution.stats.energy_gains == 0
+
+
+def push_by_hand(slip, e=ROD.e):
+    """The work of friction in an impact that ends sticking [J]: P_F gamma_F / 2."""
+    P = np.linalg.solve([[G_NN, G_NF], [G_NF, G_FF]], [(1 + e) * FALL, -slip])
+    assert abs(P[1]) <= ROD.mu * P[0]
+    return 0.5 * P[1] * slip
+
+
+@pytest.mark.parametrize(
+    "integrator", [ns.EventDriven(), ns.Adaptive(), ns.MoreauJean(dt=1e-7)], ids=lambda one: type(one).__name__
+)
+@pytest.mark.parametrize("slip", [-0.4, 0.05, 0.3, 0.6, 1.0, 1.3])
+def test_friction_that_does_work_is_counted_with_its_work_also_where_all_together_loses(slip, integrator):
+    exact = push_by_hand(slip)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solution = strike(integrator, slip, t_end=1e-6)
+    stats = solution.stats
+    assert stats.friction_gains == int(exact > 0.0)
+    assert stats.worst_friction_gain == pytest.approx(max(0.0, exact), rel=1e-4, abs=1e-12)
+    kinds = [one.category for one in caught]
+    gains = gain_by_hand(slip) > 0.0
+    assert kinds == ([ns.EnergyGainWarning] if gains else [ns.FrictionGainWarning] if exact > 0.0 else [])
+    assert ("friction did work in one impact" in solution.summary()) == (exact > 0.0)
+    assert solution.ledger["friction"][-1] == pytest.approx(exact, rel=1e-3, abs=1e-7)
+
+
+@pytest.mark.parametrize("law", [{"impact": "poisson"}, {"impact": "energetic"}, {"mu": 0.0}])
+def test_friction_does_no_work_under_laws_that_follow_the_slide(law):
+    stats = strike(ns.EventDriven(), 0.3, t_end=1e-6, **law).stats
+    assert stats.friction_gains == 0 and stats.worst_friction_gain == 0.0
+
+
+def test_a_woodpecker_whose_friction_takes_more_than_it_does_tells_it_in_the_summary(recwarn):
+    """In all its friction takes 5 mJ a second, and drives the slide by up to 13 uJ where the beak and the ring hit."""
+    toy = Woodpecker()
+    solution = ns.simulate(toy, (0, 1), *toy.state(), integrator=ns.EventDriven())
+    assert not recwarn.list and solution.stats.friction_gains > 0 and solution.ledger["friction"][-1] < -0.005
+    assert "friction did work in" in solution.summary()
