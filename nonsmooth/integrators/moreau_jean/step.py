@@ -92,6 +92,9 @@ def step(sys_at, t, dt, state_at, scratch_at):
         else:
             add_compliance(sys, n_k, options.stiffness, options.damping, dt, work)
         status = solve(sys_at, options.selection, dt, n_k, state_at, scratch_at)
+        if status == Status.NO_SOLUTION and is_rigid:
+            take_mid_point(sys, n_k, u, work)
+            status = solve(sys_at, options.selection, dt, n_k, state_at, scratch_at)
         if status == Status.RUNNING and sys.has & NORMAL_FORCE_READS_U:
             if not find_loads_between(sys, t_mid, r, u, work):
                 return Status.NOT_FINITE
@@ -109,6 +112,18 @@ def step(sys_at, t, dt, state_at, scratch_at):
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
+
+
+@rare_kernel
+def take_mid_point(sys, n_k, u, work):
+    """c = W (u_0 + du) + w by the rows of the mid-point alone, with no gap fed back.
+
+    Contacts that wedge a mechanism leave it no motion. The rows at the ends of the step and the gaps ask for one of
+    O(dt^2), which no impulses can give where G is singular: c is not in its range.
+    """
+    r = stack_rows(sys, n_k, u, work)
+    delassus(sys.n, r, work)
+    add_restitution(sys, n_k, 0.0, work)
 
 
 @kernel
