@@ -124,7 +124,9 @@ def words_of(names: list[str], seconds: float, of: str = "") -> str:
 
 def reason_for(names: list[str]) -> str:
     """Why functions are compiled of which nothing that fits is on disk."""
-    is_known = is_usable() and any(any(cache_directory().glob(f"{name}-*{ENDING}")) for name in names)
+    is_known = False
+    with contextlib.suppress(OSError):  # the folder may go while it is looked through
+        is_known = is_usable() and any(any(cache_directory().glob(f"{name}-*{ENDING}")) for name in names)
     return "changed since, or another version of something beneath" if is_known else "first use on this machine"
 
 

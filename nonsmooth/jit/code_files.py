@@ -174,7 +174,10 @@ def remove_old(folder: Path) -> None:
     with os.scandir(folder) as entries:
         for entry in entries:
             if entry.name.endswith((ENDING, PART)) and entry.is_file(follow_symlinks=False):
-                facts = entry.stat(follow_symlinks=False)
+                try:
+                    facts = entry.stat(follow_symlinks=False)
+                except OSError:  # another process was faster
+                    continue
                 age = now - facts.st_mtime
                 if age > (LONGEST_UNUSED if entry.name.endswith(ENDING) else DAY):
                     _remove(entry.path)

@@ -8,6 +8,7 @@ tell the time to a factor of 1.5: who is done with his share goes on with what i
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import subprocess
@@ -16,6 +17,7 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
+from nonsmooth.jit.at_work import is_stopped
 from nonsmooth.jit.cache import is_usable, words_of
 from nonsmooth.jit.kernels import Kernel, called_by
 from nonsmooth.jit.late import stopped_clock
@@ -41,6 +43,7 @@ STARTUP_CODE = 8_000  # measured: bytes of code that compile while another proce
 PACE = 10_000  # measured: bytes of code that a process compiles in a second beside others: 7,000 to 13,000
 ONCE = 0.65  # measured: numba's part of the time
 WAIT = 300.0  # chosen: s for the other processes; what they have not compiled by then is compiled here
+STOP_LOOK = 0.5  # chosen: s between two looks whether somebody stopped one of them
 
 
 def load_all(entry_points: Iterable[Kernel]) -> None:
@@ -73,9 +76,7 @@ def _load(entry_points: list[Kernel], parts: list[list[Kernel]]) -> None:
         for kernel in in_turn(*turns.of(0)):
             kernel.load()
         for other in others:
-            other.wait(max(0.0, until - time.monotonic()))
-    except subprocess.TimeoutExpired:
-        pass
+            wait_for(other, until)
     finally:
         turns.close()
         for other in others:
@@ -84,6 +85,14 @@ def _load(entry_points: list[Kernel], parts: list[list[Kernel]]) -> None:
                 other.wait()
     for kernel in entry_points:
         kernel.load()
+
+
+def wait_for(process: subprocess.Popen, until: float) -> None:
+    """Wait for the end of a process until a time, unless somebody stopped it."""
+    while time.monotonic() < until and not is_stopped(process.pid):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(STOP_LOOK)
+            return
 
 
 def shares(kernels: list[Kernel], processes: int, head_start: float = STARTUP_CODE) -> list[list[Kernel]]:
@@ -132,10 +141,8 @@ def may_start_process() -> bool:
     return (os.cpu_count() or 1) > 1 and Path(sys.executable or "").name.startswith("python")
 
 
-def start_process(
-    pipes: tuple[int, ...], kernels: list[Kernel], keeps: tuple[int, ...] = ()
-) -> subprocess.Popen | None:
-    """A process that compiles to disk what is its turn, or None where none can be started; it keeps some files open."""
+def start_process(pipes: tuple[int, ...], kernels: list[Kernel]) -> subprocess.Popen | None:
+    """A process that compiles to disk what is its turn, or None where none can be started."""
     package = str(ROOT / "nonsmooth" / "__init__.py")
     names = [f"{kernel.function.__module__}:{kernel.function.__name__}" for kernel in kernels]
     try:
@@ -144,7 +151,7 @@ def start_process(
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            pass_fds=(*pipes, *keeps),
+            pass_fds=pipes,
         )
     except OSError:
         return None

@@ -2,16 +2,18 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SpragSlip, WallPendulum
-from nonsmooth.jit import elsewhere
+from nonsmooth.jit import at_work, elsewhere, loading
 from nonsmooth.jit.turns import in_turn
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.runs import ahead, run
@@ -164,10 +166,9 @@ def cold(monkeypatch, tmp_path):
     monkeypatch.setattr("nonsmooth.jit.kernels.Kernel.is_loaded", property(lambda kernel: False))
     begun = []
 
-    def start_process(pipes, kernels, keeps):
+    def start_process(pipes, kernels):
         begun.append(list(in_turn(pipes[:1], kernels)))
-        return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE,
-                                pass_fds=keeps)  # fmt: skip
+        return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
 
     monkeypatch.setattr(elsewhere, "start_process", start_process)
     monkeypatch.setattr(elsewhere, "may_start_process", lambda: True)
@@ -204,12 +205,115 @@ def test_who_asks_for_one_of_the_two_gets_it(cold, wish, monkeypatch):
     assert ahead.compiled_elsewhere(as_system(SpragSlip()), ns.MoreauJean(1e-3)) is None and not cold
 
 
-def test_where_files_cannot_be_locked_nothing_is_begun(cold, monkeypatch):
-    def refuse(path):
-        raise OSError
+is_told = pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="the system tells of no processes of others")
 
-    monkeypatch.setattr(elsewhere, "locked", refuse)
-    assert ahead.compiled_elsewhere(as_system(SpragSlip()), ns.MoreauJean(1e-3)) is None and not cold
+
+@is_told
+def test_nobody_waits_for_processes_that_were_stopped(cold):
+    integrator, system = ns.MoreauJean(1e-3), as_system(SpragSlip())
+    first = ahead.compiled_elsewhere(system, integrator)
+    second, number = ahead.compiled_elsewhere(system, integrator), len(cold)
+    for process in first._processes:
+        os.kill(process.pid, signal.SIGSTOP)
+        while not at_work.is_stopped(process.pid):
+            time.sleep(0.01)
+    assert first.is_over and second.is_over
+    third = ahead.compiled_elsewhere(system, integrator)
+    assert len(cold) == 2 * number and not third.is_over
+    for process in first._processes:
+        os.kill(process.pid, signal.SIGCONT)
+    end(first)
+    end(third)
+    assert first.is_over and second.is_over and third.is_over
+
+
+@is_told
+def test_a_compilation_waits_for_no_helper_that_was_stopped():
+    with subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE) as helper:
+        os.kill(helper.pid, signal.SIGSTOP)
+        began = time.monotonic()
+        loading.wait_for(helper, began + 60.0)
+        assert time.monotonic() - began < 30.0 and helper.poll() is None
+        os.kill(helper.pid, signal.SIGCONT)
+
+
+@is_told
+def test_a_process_is_known_again_by_its_number_and_its_start():
+    sign = at_work.sign_of(os.getpid())
+    assert at_work.is_at_work(sign) and not at_work.is_stopped(os.getpid())
+    others = (sign + "0", f"{os.getppid()} {sign.split()[1]}0", sign.split()[0], "", "no number 1", f"-{sign}", "1 2 3")
+    assert not any(map(at_work.is_at_work, others))
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    sign = at_work.sign_of(gone.pid)
+    gone.wait()
+    assert not at_work.is_at_work(sign) and at_work.sign_of(gone.pid) == ""
+
+
+def removed(folder, note):
+    shutil.rmtree(folder)
+
+
+def replaced_by_a_file(folder, note):
+    shutil.rmtree(folder)
+    folder.write_text("")
+
+
+def note_is_removed(folder, note):
+    note.unlink()
+
+
+def note_is_a_folder(folder, note):
+    note.unlink()
+    note.mkdir()
+
+
+def note_is_a_pipe(folder, note):
+    note.unlink()
+    os.mkfifo(note)
+
+
+def note_is_another(folder, note):
+    note.write_bytes(bytes(range(256)) * 64)
+
+
+SPOILT = [removed, replaced_by_a_file, note_is_removed, note_is_a_folder, note_is_a_pipe, note_is_another]
+
+
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_whatever_becomes_of_the_folder_a_run_goes_on(spoil, cold, tmp_path, capsys):
+    """Without the note a second command begins processes of its own, and waits for nobody else."""
+    integrator, system = ns.MoreauJean(1e-3), as_system(SpragSlip())
+    first = ahead.compiled_elsewhere(system, integrator)
+    second, number = ahead.compiled_elsewhere(system, integrator), len(cold)
+    spoil(tmp_path / "cache", tmp_path / "cache" / elsewhere.NOTE)
+    assert not first.is_over and second.is_over
+    second.wait()
+    third = ahead.compiled_elsewhere(system, integrator)
+    assert (third is None and len(cold) == number) if spoil is replaced_by_a_file else len(cold) == 2 * number
+    for each in filter(None, (first, third)):
+        end(each)
+        assert each.is_over
+
+
+@pytest.mark.parametrize("how", ["once", "again and again", "replaced by a file"])
+def test_a_command_whose_cache_is_removed_ends_well(how, tmp_path):
+    """What cannot be kept is compiled by the command itself; it waits for its code, since much is left of its run."""
+    cache = tmp_path / "cache"
+    environment = {**os.environ, "NONSMOOTH_CACHE_DIR": str(cache)}
+    environment.pop("NONSMOOTH_INTERPRET", None)
+    command = [sys.executable, "-m", "nonsmooth", "run", "bouncing-ball", "--t-end", "400", "--no-plot", "--quiet"]
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
+        while not cache.exists() and process.poll() is None:
+            time.sleep(0.01)
+        time.sleep(0.2)
+        shutil.rmtree(cache, ignore_errors=True)
+        if how == "replaced by a file":
+            cache.write_text("")
+        while how == "again and again" and process.poll() is None:
+            shutil.rmtree(cache, ignore_errors=True)
+            time.sleep(0.02)
+        said = process.stderr.read()
+    assert process.returncode == 0 and "Traceback" not in said, said
 
 
 @pytest.mark.parametrize("begin, asks", [(simulate, False), (simulate_at_once, True)])
@@ -233,7 +337,7 @@ def test_a_first_command_ends_before_its_code_is_there_and_leaves_it_for_the_nex
 
     first = told()
     assert first["about"].pop("interpreted").startswith("all ") and not first["stats"]["is_compiled"]
-    elsewhere.Elsewhere(tmp_path / "cache" / elsewhere.LOCK, []).wait()
+    elsewhere.Elsewhere(tmp_path / "cache" / elsewhere.NOTE, []).wait()
     environment["NONSMOOTH_QUIET"] = "1"  # the model is compiled now
     second = told()
     assert second["stats"]["is_compiled"]
