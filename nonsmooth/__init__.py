@@ -146,6 +146,7 @@ _HOME = {
     "FrictionGainWarning": "errors",
     "ModelNotFoundWarning": "errors",
     "SimultaneousImpactWarning": "errors",
+    "ToleranceWarning": "errors",
     "PenetrationWarning": "errors",
     "ResidualWarning": "errors",
     "UnsettledWarning": "errors",

@@ -39,6 +39,7 @@ from nonsmooth.errors import PenetrationWarning as PenetrationWarning
 from nonsmooth.errors import ResidualWarning as ResidualWarning
 from nonsmooth.errors import SimultaneousImpactWarning as SimultaneousImpactWarning
 from nonsmooth.errors import Status as Status
+from nonsmooth.errors import ToleranceWarning as ToleranceWarning
 from nonsmooth.errors import UnknownName as UnknownName
 from nonsmooth.errors import UnsettledWarning as UnsettledWarning
 from nonsmooth.errors import UnsupportedVersion as UnsupportedVersion

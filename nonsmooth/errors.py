@@ -74,6 +74,10 @@ class SimultaneousImpactWarning(NonsmoothWarning):
     """Newton's law of impact rebounded several coupled contacts at once: one answer of many."""
 
 
+class ToleranceWarning(NonsmoothWarning):
+    """An absolute tolerance that was not asked for is coarse beside the motion."""
+
+
 class ModelNotFoundWarning(NonsmoothWarning):
     """A run was read from a file, and the model that it names was not found; its numbers and names are there."""
 

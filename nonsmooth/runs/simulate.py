@@ -18,6 +18,7 @@ from nonsmooth.errors import (
     InvalidInput,
     SimultaneousImpactWarning,
     Status,
+    ToleranceWarning,
     shown,
     warn_caller,
 )
@@ -31,6 +32,7 @@ from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live
+from nonsmooth.runs.size_of_motion import coarse, suited, taken_again
 from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import OF_SCENE, OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
@@ -288,6 +290,17 @@ def simulate(
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt
     solution = run.solution()
+    finer = suited(method, reason is not None, solution) if solution.success else None
+    if finer is not None and checkpoint is None and resume is None and not (functions or progress or view or max_steps):
+        again = simulate(
+            system, t_span, q_0, u_0, integrator=finer, every=every, t_eval=t_eval, selection=selection,
+            project=project, on_failure="return", max_wall_time=max_wall_time, record=record,
+        )  # fmt: skip
+        if again.success:
+            again.about["chosen"] = "; ".join([*([reason] if reason else []), taken_again(method, again)])
+            return again
+    if finer is not None:
+        warn_caller(coarse(method, solution), ToleranceWarning)
     if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
         solution = solution.without_start()
     if solution.is_found:
