@@ -37,6 +37,9 @@ def infeasibility_certificate(A: Any, b: np.ndarray, free: np.ndarray | None = N
 
     n = len(b)
     free = np.zeros(n, dtype=bool) if free is None else free
+    alone = hopeless_row(A, b, free)
+    if alone is not None:
+        return alone
     scaled, c, row, _ = scaled_problem(A, b)
     bounds = np.column_stack([np.where(free, -1.0, 0.0), np.ones(n)])
     transposed = scaled.T
@@ -51,6 +54,17 @@ def infeasibility_certificate(A: Any, b: np.ndarray, free: np.ndarray | None = N
         if is_certificate(scaled, c, candidate, free):
             return row * candidate
     return None
+
+
+def hopeless_row(A: Any, b: np.ndarray, free: np.ndarray) -> np.ndarray | None:
+    """The certificate of one row, exact whatever its size: b_i < 0 and no A_ij that could lift it; None without one."""
+    lifts = np.asarray((abs(A[:, free]) > 0).sum(axis=1)).ravel() + np.asarray((A[:, ~free] > 0).sum(axis=1)).ravel()
+    rows = np.flatnonzero((b < 0) & (lifts == 0) & ~free)
+    if not len(rows):
+        return None
+    y = np.zeros(len(b))
+    y[rows[0]] = 1.0
+    return y
 
 
 def is_certificate(A: Any, b: np.ndarray, y: np.ndarray, free: np.ndarray | None = None) -> bool:

@@ -9,6 +9,8 @@ pending pairs left at a leaf mean that A_aa is singular: there the solutions for
 
 a point, a segment, a ray or more. A node is left when one of its rows can no longer be met: a row that must become
 >= 0 with rhs < 0 and no positive coefficient (all nonbasic variables are >= 0), or likewise a row that must become 0.
+Beside each rhs stands the sum of the sizes of the summands that it came from, and what is 0 is told by that: rows of
+unlike units have each its own rounding.
 
 Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992, sections 1.3 and 4.1 (pivots);
 the pending rows and the pruning are ours.
@@ -17,7 +19,7 @@ the pending rows and the pruning are ours.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +31,7 @@ from nonsmooth.lcp.scaling import scaled_problem
 LARGEST_N = 20  # derived: 2^20 leaves: about a second when nothing can be pruned
 SMALL_PIVOT = 1e-3  # chosen: a pending pivot below this waits for a better one
 ZERO_PIVOT = 1e-11  # chosen: below this the pending block is singular
-SIGN_SLACK = 1e-9  # chosen: a scaled value this far below 0 still counts as 0
+SIGN_SLACK = 1e-9  # chosen: of its summands: a value this far below 0 still counts as 0
 SAME_SOLUTION = 1e-8  # chosen: scaled solutions closer than this are one
 ACTIVE_SETS_TRIED = 256  # chosen: active sets that a solver of one solution looks at
 DEAD, UNDECIDED, PENDING, DECIDED, UNSIGNED = range(5)
@@ -104,7 +106,7 @@ def lcp_solutions(A: Any, b: Any) -> tuple[LCPSolution, ...]:
     return tuple(enumerate_solutions(A, b, np.zeros(len(b), dtype=bool), limit=None))
 
 
-def enumerate_solutions(A: np.ndarray, b: np.ndarray, free: np.ndarray, limit: int | None) -> list[LCPSolution]:
+def enumerate_solutions(A: np.ndarray, b: np.ndarray, free: np.ndarray, limit: int | None = None) -> list[LCPSolution]:
     """The solutions of the mixed problem, with at most `limit` supports looked at in detail."""
     n = len(b)
     if n == 0:
@@ -127,6 +129,27 @@ def enumerate_solutions(A: np.ndarray, b: np.ndarray, free: np.ndarray, limit: i
     return [_in_units_of(A, b, face, column) for face in kept]
 
 
+class FirstFound(NamedTuple):
+    """A solution or None, and where there is none whether every active set was looked at."""
+
+    z: np.ndarray | None
+    is_complete: bool
+
+
+def first_solution(A: np.ndarray, b: np.ndarray, free: np.ndarray) -> FirstFound:
+    """One solution of the mixed problem, from at most `ACTIVE_SETS_TRIED` of the active sets that the tree leaves."""
+    scaled, c, _, column = scaled_problem(A, b)
+    for limit in (1, ACTIVE_SETS_TRIED):
+        supports = _supports(np.ascontiguousarray(scaled), c, free, limit)
+        for active in supports:
+            face = _face(scaled, c, active, free)
+            if face is not None:
+                return FirstFound(column * face.z, False)
+        if len(supports) < limit:
+            return FirstFound(None, True)
+    return FirstFound(None, False)
+
+
 @dataclass
 class _Face:
     """A set of solutions of the scaled problem with a point z of its relative interior."""
@@ -144,7 +167,7 @@ def _supports(A: np.ndarray, b: np.ndarray, free: np.ndarray, limit: int | None)
     capacity = limit or 256
     while True:
         found = np.zeros((capacity, n), dtype=np.int8)
-        tableaux = np.zeros((n + 1, n, n + 1))
+        tableaux = np.zeros((n + 1, n, n + 2))
         kinds = np.zeros((n + 1, 2, n), dtype=np.int8)
         count = tree_entry(A, b, free.astype(np.int8), tableaux, kinds, np.zeros(n, dtype=np.int8), found)
         if count <= capacity and (count < capacity or limit is not None):
@@ -178,10 +201,9 @@ def _face(A: np.ndarray, b: np.ndarray, active: np.ndarray, free: np.ndarray) ->
             return None
         z, null, is_bounded = found
     w = A @ z + b
-    size = max(1.0, np.abs(z).max())
-    w_zero = np.abs(w[active]).max(initial=0.0)
-    lowest = min(z[active & ~free].min(initial=0.0), w[~active].min(initial=0.0))
-    if w_zero > SIGN_SLACK * size or lowest < -SIGN_SLACK * size:
+    slack = SIGN_SLACK * (np.abs(A) @ np.abs(z) + np.abs(b))
+    has_wrong_z = (z < -SIGN_SLACK * max(1.0, np.abs(z).max())) & active & ~free
+    if (np.where(active, np.abs(w), -w) > slack).any() or has_wrong_z.any():
         return None
     z = np.where(free, z, np.maximum(z, 0.0))
     return _Face(z, np.where(active, 0.0, np.maximum(w, 0.0)), active, null, is_bounded)
@@ -256,7 +278,7 @@ def tree_entry(A, b, free, tableaux, kinds, choice, found):
     for i in range(n):
         for j in range(n):
             tableaux[0, i, j] = A[i, j]
-        tableaux[0, i, n] = b[i]
+        tableaux[0, i, n], tableaux[0, i, n + 1] = b[i], abs(b[i])
         kinds[0, 0, i] = UNDECIDED
         kinds[0, 1, i] = UNDECIDED
     count = 0
@@ -289,7 +311,7 @@ def tree_entry(A, b, free, tableaux, kinds, choice, found):
 def decide(n, tableaux, kinds, level, is_in, free):
     """Copy the node of this level to the next with index `level` decided."""
     for i in range(n):
-        for j in range(level, n + 1):
+        for j in range(level, n + 2):
             tableaux[level + 1, i, j] = tableaux[level, i, j]
         for j in range(level):
             if kinds[level, 1, j] == PENDING:
@@ -328,6 +350,7 @@ def pivot_pending(n, tableaux, kinds, level, smallest, free):
 def exchange(n, tableaux, kinds, level, row, column):
     """z_column becomes basic in this row; the column's new variable is 0 for good, so the column is not formed."""
     inverse = -1.0 / tableaux[level, row, column]
+    tableaux[level, row, n + 1] *= abs(inverse)
     for j in range(n + 1):
         if j == n or (kinds[level, 1, j] != DEAD and j != column):
             tableaux[level, row, j] *= inverse
@@ -337,6 +360,7 @@ def exchange(n, tableaux, kinds, level, row, column):
             for j in range(n + 1):
                 if j == n or (kinds[level, 1, j] != DEAD and j != column):
                     tableaux[level, i, j] += factor * tableaux[level, row, j]
+            tableaux[level, i, n + 1] += abs(factor) * tableaux[level, row, n + 1]
 
 
 @kernel
@@ -344,8 +368,8 @@ def is_hopeless(n, tableaux, kinds, level, free):
     """Whether some row can have no right value for any nonbasic variables >= 0 (of either sign if free)."""
     for i in range(n):
         kind = kinds[level, 0, i]
-        value = tableaux[level, i, n]
-        if kind == UNSIGNED or (kind != PENDING and value >= -SIGN_SLACK) or abs(value) <= SIGN_SLACK:
+        value, slack = tableaux[level, i, n], SIGN_SLACK * tableaux[level, i, n + 1]
+        if kind == UNSIGNED or (kind != PENDING and value >= -slack) or abs(value) <= slack:
             continue
         is_open = False
         for j in range(n):

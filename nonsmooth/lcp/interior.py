@@ -48,11 +48,13 @@ def solve_by_interior_point(
     d = 1.0 / np.sqrt(natural_scales(A))  # one factor for row and column: a semidefinite matrix stays one
     A = d[:, None] * A * d if isinstance(A, np.ndarray) else A.multiply(d[:, None]).multiply(d).tocsr()
     size, largest = np.abs(d * b).max(), np.abs(b).max()
-    b, z, weight = d * b / size, z / (d * size) + LEAST_START, size / (d * largest)
-    w = np.maximum(A @ z + b, 0.0) + LEAST_START
+    b, z, most = d * b / size, z / (d * size) + LEAST_START, d * largest / size
+    w, sizes = np.maximum(A @ z + b, 0.0) + LEAST_START, abs(A)
 
     def error(z: np.ndarray) -> float:
-        return float(np.abs(weight * np.minimum(z, A @ z + b)).max())
+        wrong = np.abs(np.minimum(z, A @ z + b))
+        least = np.minimum(np.abs(b) + sizes @ np.abs(z), most)
+        return float(np.divide(wrong, least, out=np.zeros_like(wrong), where=wrong > 0.0).max())
 
     best, least = z, error(z)
     for count in range(max_iterations):

@@ -16,7 +16,7 @@ choice of S is ours.
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,10 +24,10 @@ import numpy as np
 from nonsmooth.checks.arrays import as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
-from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
+from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, first_solution
 from nonsmooth.lcp.mixed_few import FEW_MIXED, mixed_memory, solve_mixed
 from nonsmooth.lcp.newton import linear_solve, solve_by_semismooth_newton
-from nonsmooth.lcp.result import LCPResult, LCPStatus, natural_scales
+from nonsmooth.lcp.result import LCPResult, LCPStatus, natural_scales, worst_part
 from nonsmooth.lcp.scaling import scaled_problem
 from nonsmooth.lcp.solve import MAX_NEWTON, PIVOTS_AT_LEAST, PIVOTS_PER_ROW, Attempt, as_square, solve_lcp
 
@@ -84,7 +84,8 @@ def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-
             return result
     best: LCPResult | None = None
     notes: list[str] = []
-    for attempt in (_by_elimination, _by_newton, _by_enumeration):
+    is_small = int((~free).sum()) <= LARGEST_N  # then the tree is complete before Newton's method has given up
+    for attempt in (_by_elimination, *((_by_enumeration, _by_newton) if is_small else (_by_newton,))):
         if attempt is not _by_elimination and solver != "auto":
             break
         name, found = attempt(dense, b, free, solver, tol, start)
@@ -92,7 +93,9 @@ def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-
         notes.append(result.message)
         if best is None or not best.residual <= result.residual:
             best = result
-        if best.success:
+        if result.status == LCPStatus.NO_SOLUTION:
+            best = replace(best, status=result.status)
+        if best.status in (LCPStatus.SOLVED, LCPStatus.NO_SOLUTION):
             break
     assert best is not None
     y = None if best.success or solver != "auto" else infeasibility_certificate(dense, b, free)
@@ -118,13 +121,9 @@ def _at_once(A: np.ndarray, b: np.ndarray, free: np.ndarray, tol: float) -> LCPR
 
 
 def mlcp_residual(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray) -> float:
-    """max of |w_i| (free rows) and |min(d_i z_i, w_i)| (others), over max |b|."""
+    """max of |w_i| (free rows) and |min(d_i z_i, w_i)| (others), each over the lesser of max |b| and its summands."""
     w = A @ z + b
-    error = float(np.abs(np.where(free, w, np.minimum(natural_scales(A) * z, w))).max(initial=0.0))
-    if error == 0.0:
-        return 0.0
-    scale = float(np.abs(b).max())
-    return error / scale if scale > 0.0 else math.inf
+    return worst_part(np.abs(np.where(free, w, np.minimum(natural_scales(A) * z, w))), A, b, z)
 
 
 def _as_mask(free: Any, n: int) -> np.ndarray:
@@ -249,12 +248,11 @@ def _by_newton(A: np.ndarray, b: np.ndarray, free: np.ndarray, solver: str, tol:
 
 def _by_enumeration(A: np.ndarray, b: np.ndarray, free: np.ndarray, solver: str, tol: float,
                     guess: np.ndarray | None) -> tuple[str, Attempt]:  # fmt: skip
-    m = int((~free).sum())
-    zero = np.zeros(len(b))
-    if m > LARGEST_N:
-        return "enumeration", Attempt(zero, LCPStatus.MAX_ITERATIONS, 0, f"not tried with {m} > {LARGEST_N} pairs")
-    solutions = enumerate_solutions(A, b, free, limit=1) or enumerate_solutions(A, b, free, limit=ACTIVE_SETS_TRIED)
-    if not solutions:
-        note = f"none of the first {ACTIVE_SETS_TRIED} candidates among {2**m} active sets works"
-        return "enumeration", Attempt(zero, LCPStatus.MAX_ITERATIONS, 2**m, note)
-    return "enumeration", Attempt(solutions[0].z, LCPStatus.SOLVED, 2**m, "an active set found")
+    m, zero = int((~free).sum()), np.zeros(len(b))
+    found = first_solution(A, b, free)
+    if found.z is not None:
+        return "enumeration", Attempt(found.z, LCPStatus.SOLVED, 2**m, "an active set found")
+    if found.is_complete:
+        return "enumeration", Attempt(zero, LCPStatus.NO_SOLUTION, 2**m, f"none of {2**m} active sets works")
+    note = f"none of the first {ACTIVE_SETS_TRIED} candidates among {2**m} active sets works"
+    return "enumeration", Attempt(zero, LCPStatus.MAX_ITERATIONS, 2**m, note)

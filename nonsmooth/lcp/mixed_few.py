@@ -21,7 +21,7 @@ import numpy as np
 from nonsmooth.jit import kernel
 from nonsmooth.lcp.basis import solve_active
 from nonsmooth.lcp.lemke import exchange, lemke, lemke_workspace, load, swap
-from nonsmooth.lcp.result import natural_scale
+from nonsmooth.lcp.result import natural_scale, part_of
 from nonsmooth.lcp.scaling import equilibrate
 
 FEW_MIXED = 64  # chosen: unknowns up to which plain loops are as fast as LAPACK
@@ -127,22 +127,22 @@ def collect_active(n, m, free, basis, pairs, y, active):
 
 @kernel
 def mixed_residual(A, b, free, z, w):
-    """Write w = A z + b; max of |w_i| (free rows) and |min(d_i z_i, w_i)| (others), over max |b|."""
+    """Write w = A z + b; max of |w_i| (free rows) and |min(d_i z_i, w_i)| (others), each over the lesser of max |b| and
+    its summands."""
     n, worst, scale = b.shape[0], 0.0, 0.0
     for i in range(n):
-        w[i] = b[i]
+        scale = max(scale, abs(b[i]))
+    for i in range(n):
+        w[i], size = b[i], abs(b[i])
         for j in range(n):
-            w[i] += A[i, j] * z[j]
+            part = A[i, j] * z[j]
+            w[i] += part
+            size += abs(part)
         dz = math.inf if free[i] else natural_scale(n, A, i) * z[i]
         if math.isnan(w[i]) or math.isnan(dz):
             return math.nan
-        worst = max(worst, abs(w[i]) if w[i] < dz else abs(dz))
-        scale = max(scale, abs(b[i]))
-    if math.isinf(scale):
-        return math.nan
-    if worst == 0.0:
-        return 0.0
-    return worst / scale if scale > 0.0 else math.inf
+        worst = max(worst, part_of(abs(w[i]) if w[i] < dz else abs(dz), size, scale))
+    return math.nan if math.isinf(scale) else worst
 
 
 WORKSPACE = "Tuple((float64[:, ::1], float64[:, ::1], int64[::1]))"

@@ -1,9 +1,12 @@
 """What a solver of  w = A z + b,  0 <= w _|_ z >= 0  hands back, and the measure by which it is judged.
 
-    residual = max_i |min(d_i z_i, w_i)| / max_i |b_i|,     d_i = |A_ii|, or the norm of row i where A_ii = 0
+    residual = max_i |min(d_i z_i, w_i)| / min(s_i, max_i |b_i|),     s_i = |b_i| + sum_j |A_ij z_j|
 
-It vanishes at solutions only, has no unit and does not change when A, or b, or both are multiplied by a number. It is
-always computed from A, b and z alone: no solver's own statement of success is believed.
+with d_i = |A_ii|, or the norm of row i where A_ii = 0. A row is judged by the largest b and by its own summands, of
+which w_i is the sum: rows of unlike units do not hide one another (the row by row backward error; Higham, *Accuracy and
+Stability of Numerical Algorithms*, 2002, section 7.1). It vanishes at solutions only, has no unit and does not change
+when A, or b, or both are multiplied by a number. It is always computed from A, b and z alone: no solver's own statement
+of success is believed.
 """
 
 from __future__ import annotations
@@ -27,9 +30,10 @@ class LCPStatus(IntEnum):
     MAX_ITERATIONS = 2  # the iterations ran out, or no longer improved the iterate
     INVALID = 3  # the numbers overflowed or a matrix met on the way was singular
     INFEASIBLE = 4  # there is no z >= 0 with A z + b >= 0, and `certificate` proves it
+    NO_SOLUTION = 5  # every active set was tried, or left where a row has no right sign: there is none
 
 
-SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # code: for kernels
+SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = map(int, list(LCPStatus)[:-1])  # code: for kernels
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,7 +47,8 @@ class LCPResult(Worded):
     status : LCPStatus
         How it ended.
     residual : float
-        max |min(d z, w)| / max |b|, recomputed from A, b and z.
+        max_i |min(d_i z_i, w_i)| / min(s_i, max |b|), s_i the sum of the sizes of the summands of w_i, recomputed from
+        A, b and z.
     iterations : int
         Pivots, sweeps or Newton steps, summed over the solvers tried.
     solver : str
@@ -91,26 +96,34 @@ def natural_scale(n, A, i):
 
 @kernel
 def lcp_residual(n, A, b, z):
-    """max |min(d z, A z + b)| / max |b|; where b = 0 it is 0 at a solution and inf elsewhere.
+    """max_i |min(d z, A z + b)|_i / min(s_i, max |b|); where b = 0 it is 0 at a solution and inf elsewhere.
 
     Where anything is NaN, or b infinite, it is NaN.
     """
     worst = 0.0
     scale = 0.0
     for i in range(n):
-        w = b[i]
+        scale = max(scale, abs(b[i]))
+    for i in range(n):
+        w, size = b[i], abs(b[i])
         for j in range(n):
-            w += A[i, j] * z[j]
+            part = A[i, j] * z[j]
+            w += part
+            size += abs(part)
         dz = natural_scale(n, A, i) * z[i]
         if math.isnan(w) or math.isnan(dz):
             return math.nan
-        worst = max(worst, abs(w) if w < dz else abs(dz))
-        scale = max(scale, abs(b[i]))
-    if math.isinf(scale):
-        return math.nan
-    if worst == 0.0:
+        worst = max(worst, part_of(abs(w) if w < dz else abs(dz), size, scale))
+    return math.nan if math.isinf(scale) else worst
+
+
+@kernel
+def part_of(error, size, scale):
+    """By which part of its own summands, or of the largest b, a row is wrong."""
+    least = min(size, scale)
+    if error == 0.0:
         return 0.0
-    return worst / scale if scale > 0.0 else math.inf * worst
+    return error / least if least > 0.0 else math.inf
 
 
 @kernel
@@ -132,11 +145,15 @@ def judge_solution(A, b, z, w):
 def judge_sparse(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> float:
     """`judge_solution` for a scipy.sparse CSR matrix."""
     w[:] = A @ z + b
-    error = np.abs(np.minimum(natural_scales(A) * z, w)).max()
-    scale = np.abs(b).max()
-    if error == 0.0:
-        return 0.0
-    return float(error / scale) if scale > 0.0 else math.inf
+    return worst_part(np.abs(np.minimum(natural_scales(A) * z, w)), A, b, z)
+
+
+def worst_part(error: np.ndarray, A: Any, b: np.ndarray, z: np.ndarray) -> float:
+    """The largest part of its own summands, or of the largest b, by which a row is wrong: max of `part_of`."""
+    least = np.minimum(np.abs(b) + abs(A) @ np.abs(z), np.abs(b).max(initial=0.0))
+    wrong = error > 0.0
+    with np.errstate(divide="ignore"):
+        return float((error[wrong] / least[wrong]).max(initial=0.0)) if not np.isnan(error).any() else math.nan
 
 
 def natural_scales(A: Any) -> np.ndarray:

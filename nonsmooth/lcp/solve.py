@@ -4,7 +4,8 @@
 
 The ladder, until the residual is within the tolerance:
 
-    n <= 300           pivoting if there is a guess, lemke, pivoting, newton, certificate, enumeration (n <= 20)
+    n <= 20            pivoting if there is a guess, lemke, pivoting, perturbed, enumeration and certificate, newton
+    n <= 300           pivoting if there is a guess, lemke, pivoting, perturbed, newton, certificate
     larger, dense      interior, newton, lemke, certificate (n <= 1000)
     larger, sparse     pgs (positive diagonal), interior, newton, lemke and certificate (n <= 1000)
 
@@ -22,14 +23,16 @@ import numpy as np
 from nonsmooth.checks.arrays import FLOAT, as_square_matrix, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
-from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
+from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, first_solution
 from nonsmooth.lcp.interior import solve_by_interior_point
 from nonsmooth.lcp.lemke import judged_lemke, lemke_workspace
+from nonsmooth.lcp.newton import solve_active_set
 from nonsmooth.lcp.newton import solve_by_semismooth_newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
 from nonsmooth.lcp.qp import solve_as_qp
 from nonsmooth.lcp.result import LCPResult, LCPStatus, judge_solution, judge_sparse, natural_scales
+from nonsmooth.numerics.golden_ratio import GOLDEN_RATIO
 from nonsmooth.numerics.quadratic_program import solver_names
 
 SMALL_N = 300  # Lemke's n^3 kernel is faster than Newton with LAPACK up to about here (measured)
@@ -40,6 +43,11 @@ MAX_NEWTON = 100  # chosen: steps of Newton's method before it is given up
 MAX_INTERIOR = 60  # chosen: steps of the interior-point method before it is given up
 PIVOTS_PER_ROW = 50  # measured: Lemke needs 1 to 3 n pivots; exponential families excepted
 PIVOTS_AT_LEAST = 10_000  # derived: lets the exponential family finish up to n = 13
+PERTURBATIONS = (
+    1e-7,
+    -1e-7,
+    1e-5,
+)  # chosen: of b, by which it is moved aside: above rounding, below what is told apart
 STATUSES = tuple(LCPStatus)
 
 
@@ -65,10 +73,11 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     A : array_like or scipy.sparse matrix, shape (n, n)
     b : array_like, shape (n,)
     solver : str
-        "auto", "lemke", "pivoting", "pgs", "newton", "interior", "enumeration", "qp" (osqp), or the name of an
-        installed solver that qpsolvers knows, for symmetric positive semidefinite A.
+        "auto", "lemke", "pivoting", "perturbed", "pgs", "newton", "interior", "enumeration", "qp" (osqp), or the name
+        of an installed solver that qpsolvers knows, for symmetric positive semidefinite A.
     tol : float
-        Largest accepted residual max |min(d z, w)| / max |b|, d_i = |A_ii| (the norm of row i where that is 0).
+        Largest accepted residual max_i |min(d_i z_i, w_i)| / min(s_i, max |b|), d_i = |A_ii| (the norm of row i where
+        that is 0), s_i the sum of the sizes of the summands of w_i.
     guess : array_like, shape (n,), optional
         Where to start; "auto", "pivoting", "pgs", "newton", "interior" and the QP solvers use it.
 
@@ -146,6 +155,8 @@ def climb(A: Any, b: np.ndarray, ladder: tuple[str, ...], tol: float, guess: np.
             if y is not None and best is not None:
                 notes.append("certificate: no z >= 0 has A z + b >= 0")
                 return _infeasible(best, iterations, "; ".join(notes), y)
+            if best is not None and best.status == LCPStatus.NO_SOLUTION:
+                break
             continue
         attempt = first if first is not None and not notes else _run(name, A, b, guess, tol)
         result = _judged(A, b, attempt, name, tol)
@@ -157,6 +168,8 @@ def climb(A: Any, b: np.ndarray, ladder: tuple[str, ...], tol: float, guess: np.
             return _replaced(result, iterations, "; ".join(notes))
         if best is None or not best.residual <= result.residual:
             best = _ranked(result, best)
+        elif result.status == LCPStatus.NO_SOLUTION:
+            best = _ranked(best, result)
         if name == "pgs" and use_certificate and np.isfinite(result.residual):
             guess = result.z
     assert best is not None
@@ -167,8 +180,8 @@ def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
     n = A.shape[0]
     if n <= SMALL_N:
         first = ("pivoting",) if has_guess else ()
-        last = ("enumeration",) if n <= LARGEST_N else ()
-        return (*first, "lemke", "pivoting", "newton", "certificate", *last)
+        rest = ("enumeration", "certificate", "newton") if n <= LARGEST_N else ("newton", "certificate")
+        return (*first, "lemke", "pivoting", "perturbed", *rest)
     last = ("certificate",) if n <= CERTIFICATE_N else ()
     if isinstance(A, np.ndarray):
         return ("interior", "newton", "lemke", *last)
@@ -201,12 +214,14 @@ _REASONS = {
     LCPStatus.RAY: "secondary ray",
     LCPStatus.MAX_ITERATIONS: "not converged",
     LCPStatus.INVALID: "broke off at a singular matrix, a diagonal entry <= 0 or an overflow",
+    LCPStatus.NO_SOLUTION: "there is no solution",
 }
 
 
 def _ranked(result: LCPResult, previous: LCPResult | None) -> LCPResult:
-    """The better iterate with the more telling status: a ray is remembered."""
-    status = LCPStatus.RAY if previous is not None and previous.status == LCPStatus.RAY else result.status
+    """The better iterate with the more telling status: that there is none, or a ray, is remembered."""
+    known = [result.status, *([previous.status] if previous is not None else [])]
+    status = next((told for told in (LCPStatus.NO_SOLUTION, LCPStatus.RAY) if told in known), result.status)
     return LCPResult(result.z, result.w, status, result.residual, result.iterations, result.solver, result.message)
 
 
@@ -230,6 +245,25 @@ def _lemke(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attem
     most = max(PIVOTS_AT_LEAST, PIVOTS_PER_ROW * n)
     status, pivots, residual = judged_lemke(_dense(A, "lemke"), b, z, w, *lemke_workspace(n), most)
     return Attempt(z, STATUSES[status], pivots, f"{pivots} pivots", w, residual)
+
+
+def _perturbed(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    """Lemke's method for b moved aside by numbers that no structure shares, which leaves no ties to go round in; then
+    the equations of what it finds active, for b itself."""
+    n, pivots, status = len(b), 0, LCPStatus.RAY
+    z, dense = np.zeros(n), _dense(A, "perturbed")
+    aside = np.maximum(np.abs(b), np.abs(b).max(initial=0.0)) * (0.5 + np.arange(1, n + 1) * GOLDEN_RATIO % 1.0)
+    for size in PERTURBATIONS:
+        near, w = np.empty(n), np.empty(n)
+        code, more, _ = judged_lemke(dense, b - size * aside, near, w, *lemke_workspace(n), PIVOTS_AT_LEAST)
+        status, pivots = STATUSES[code], pivots + more
+        corner = solve_active_set(dense, b, near > 0.0) if status == LCPStatus.SOLVED else None
+        if corner is None:
+            continue
+        z = np.maximum(corner, 0.0)
+        if judge_solution(dense, b, z, w) <= tol:
+            break
+    return Attempt(z, status, pivots, f"{pivots} pivots beside b")
 
 
 def _pivoting(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
@@ -275,14 +309,13 @@ def _enumeration(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) ->
     n = len(b)
     if n > LARGEST_N:
         raise InvalidInput(f"solver 'enumeration' takes problems of at most {LARGEST_N} unknowns; got {n}; use 'auto'")
-    dense, free = _dense(A, "enumeration"), np.zeros(n, dtype=bool)
-    solutions = enumerate_solutions(dense, b, free, limit=1) or enumerate_solutions(
-        dense, b, free, limit=ACTIVE_SETS_TRIED
-    )
-    if not solutions:
-        note = f"none of the first {ACTIVE_SETS_TRIED} candidates among {2**n} active sets is a solution"
-        return Attempt(np.zeros(n), LCPStatus.MAX_ITERATIONS, 2**n, note)
-    return Attempt(solutions[0].z, LCPStatus.SOLVED, 2**n, "an active set found")
+    found = first_solution(_dense(A, "enumeration"), b, np.zeros(n, dtype=bool))
+    if found.z is not None:
+        return Attempt(found.z, LCPStatus.SOLVED, 2**n, "an active set found")
+    if found.is_complete:
+        return Attempt(np.zeros(n), LCPStatus.NO_SOLUTION, 2**n, f"none of {2**n} active sets is one")
+    note = f"none of the first {ACTIVE_SETS_TRIED} candidates among {2**n} active sets is a solution"
+    return Attempt(np.zeros(n), LCPStatus.MAX_ITERATIONS, 2**n, note)
 
 
 def _quadratic(name: str) -> Callable[..., Attempt]:
@@ -298,6 +331,7 @@ def _quadratic(name: str) -> Callable[..., Attempt]:
 SOLVERS: dict[str, Callable[..., Attempt]] = {
     "lemke": _lemke,
     "pivoting": _pivoting,
+    "perturbed": _perturbed,
     "pgs": _pgs,
     "newton": _newton,
     "interior": _interior,

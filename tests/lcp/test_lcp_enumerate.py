@@ -108,7 +108,7 @@ def test_the_interpreted_tree_agrees():
     for tree in (tree_entry, interpreted(tree_entry)):
         found = np.zeros((64, 5), dtype=np.int8)
         count = tree(
-            A, b, np.zeros(5, np.int8), np.zeros((6, 5, 6)), np.zeros((6, 2, 5), np.int8), np.zeros(5, np.int8), found
+            A, b, np.zeros(5, np.int8), np.zeros((6, 5, 7)), np.zeros((6, 2, 5), np.int8), np.zeros(5, np.int8), found
         )
         outcomes.append(found[:count].tolist())
     assert outcomes[0] == outcomes[1]

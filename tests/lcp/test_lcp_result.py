@@ -73,3 +73,19 @@ def test_a_residual_that_is_not_a_number_anywhere_is_none(place):
     assert np.isnan(judge_solution(np.eye(3), b, z, np.empty(3)))
     z[place] = np.nan
     assert np.isnan(judge_solution(np.eye(3), np.ones(3), z, np.empty(3)))
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3])
+def test_a_row_is_judged_by_its_own_summands_too(size):
+    """The second row is wrong by all of itself, however small it is beside the first."""
+    assert measure([[1.0, 0.0], [0.0, -1.0]], [-1.0, -size], [1.0, 0.0]) == 1.0
+    assert measure([[1.0, 0.0], [size, 1.0]], [-1.0, -size], [1.0, 0.0]) == 0.0
+    assert measure([[1.0, 0.0], [size, 1.0]], [-1.0, -1.5 * size], [1.0, 0.0]) == pytest.approx(0.2)  # 0.5 of 2.5
+
+
+def test_powers_of_two_in_rows_leave_a_residual_that_the_summands_decide():
+    rng = np.random.default_rng(5)
+    A, b, z = rng.standard_normal((5, 5)), rng.standard_normal(5), rng.uniform(size=5)
+    alone = [measure([[A[i, i]]], [b[i] + A[i] @ z - A[i, i] * z[i]], [z[i]]) for i in range(5)]
+    rows = 2.0 ** np.array([-60, -20, 0, 30, 50])
+    assert measure(rows[:, None] * A, rows * b, z) > 0.1 * min(alone) > 0.0

@@ -6,6 +6,7 @@ from scipy import sparse
 
 from nonsmooth.errors import InvalidInput, UnknownName
 from nonsmooth.lcp.enumerate import lcp_solutions
+from nonsmooth.lcp.mixed import solve_mlcp
 from nonsmooth.lcp.result import LCPStatus
 from nonsmooth.lcp.solve import SOLVERS, solve_lcp
 
@@ -232,3 +233,89 @@ def test_an_entry_that_no_impulse_meets_is_refused_too(bad, b):
             solve_lcp(A, np.array(b))
     with pytest.raises(InvalidInput, match="b must be finite"):
         solve_lcp(np.eye(2), np.array([b[0], bad]))
+
+
+@few
+@given(seeds, st.integers(1, 6), st.booleans())
+def test_rows_and_columns_of_unlike_units_change_no_verdict(seed, n, is_whole):
+    """z >= 0 and w >= 0 do not depend on the units of either, here powers of two up to 1e12 apart."""
+    rng = np.random.default_rng(seed)
+    draw = (
+        (lambda *shape: rng.integers(-2, 3, shape).astype(float))
+        if is_whole
+        else (lambda *shape: rng.normal(size=shape))
+    )
+    A, b = draw(n, n), draw(n)
+    R, E = 2.0 ** rng.integers(-20, 21, (2, n))
+    plain, scaled = solve_lcp(A, b), solve_lcp(R[:, None] * A * E, R * b)
+    assert plain.success == scaled.success == bool(lcp_solutions(A, b))
+    if scaled.success:
+        z = E * scaled.z
+        w, size = A @ z + b, np.abs(A) @ np.abs(z) + np.abs(b)
+        assert (z >= 0).all() and (w >= -1e-9 * size).all()
+        assert (np.minimum(np.abs(np.diag(A)) * z, w) <= 1e-9 * np.maximum(size, 1e-300)).all()
+    else:
+        assert plain.status in (LCPStatus.INFEASIBLE, LCPStatus.NO_SOLUTION)
+        assert scaled.status in (LCPStatus.INFEASIBLE, LCPStatus.NO_SOLUTION)
+
+
+@pytest.mark.parametrize(("diagonal", "b"), [
+    ((1.0, -1.0), (-1e12, -1.0)), ((1e8, -1e-4), (-1e8, -1e-4)), ((1.0, -1e-6), (-1e6, -1e-6)),
+    ((-1e-9, 1e9), (-1e-9, -1.0)),
+])  # fmt: skip
+def test_a_small_row_without_a_solution_is_not_hidden_by_a_large_one(diagonal, b):
+    result = solve_lcp(np.diag(diagonal), b)
+    assert result.status == LCPStatus.INFEASIBLE and result.residual > 0.1
+    assert lcp_solutions(np.diag(diagonal), b) == ()
+
+
+@pytest.mark.parametrize("solver", ["auto", "enumeration"])
+def test_that_there_is_no_solution_is_said_where_every_active_set_was_looked_at(solver):
+    """w = (z_2 - z_1 - 1, 1) has feasible points, and no certificate."""
+    result = solve_lcp([[-1.0, 1.0], [0.0, 0.0]], [-1.0, 1.0], solver)
+    assert result.status == LCPStatus.NO_SOLUTION and not result.success and "none of 4 active sets" in result.message
+    assert "newton" not in result.message  # whose 300 steps would take a hundred times longer
+    mixed = solve_mlcp([[-1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]], [-1.0, 1.0, 1.0], free=[2])
+    assert mixed.status == LCPStatus.NO_SOLUTION and mixed.certificate is None
+
+
+@few
+@given(seeds, st.integers(1, 5))
+def test_no_solution_is_said_exactly_where_a_search_of_all_active_sets_finds_none(seed, n):
+    """Every active set alpha by hand: z_alpha = -A_alpha^-1 b_alpha where that is regular (it is, almost surely)."""
+    rng = np.random.default_rng(seed)
+    A, b = rng.normal(size=(n, n)), rng.normal(size=n)
+    found = False
+    for bits in range(2**n):
+        alpha = [i for i in range(n) if bits >> i & 1]
+        z = np.zeros(n)
+        if alpha:
+            z[alpha] = np.linalg.solve(A[np.ix_(alpha, alpha)], -b[alpha])
+        w = A @ z + b
+        found = found or bool((z >= 0).all() and (np.delete(w, alpha) >= 0).all())
+    status = solve_lcp(A, b).status
+    assert (status == LCPStatus.SOLVED) == found
+    assert found or status in (LCPStatus.INFEASIBLE, LCPStatus.NO_SOLUTION)
+
+
+def game_of_groups(rng, groups=4, each=4):
+    """Equilibria of two teams whose groups mix `each` moves: costs in 1 .. 250 between the teams, 1 within one; a zero
+    block for the values, and b in {0, -1}."""
+    m = groups * each
+    G = np.kron(np.eye(groups), np.ones((each, 1)))
+    own, Z, z = np.ones((m, m)), np.zeros((m, groups)), np.zeros((groups, groups))
+    one, other = rng.integers(1, 251, (2, m, m)).astype(float)
+    A = np.block([[own, one, -G, Z], [other, own, Z, -G], [G.T, Z.T, z, z], [Z.T, G.T, z, z]])
+    return A, np.concatenate([np.zeros(2 * m), -np.ones(2 * groups)])
+
+
+def test_problems_on_which_the_lexicographic_rule_goes_round_are_solved_beside_b():
+    gone_round = 0
+    for seed in range(25):
+        A, b = game_of_groups(np.random.default_rng(seed))
+        gone_round += solve_lcp(A, b, "lemke").status == LCPStatus.MAX_ITERATIONS
+        for solver in ("auto", "perturbed"):
+            result = solve_lcp(A, b, solver)
+            assert result.success and result.residual <= 1e-10, result.message
+        assert result.iterations < 500
+    assert gone_round >= 2  # else this would say nothing
