@@ -37,7 +37,7 @@ class Islands(Block):
     sweeps: Array[Ints, "n_b"]
     factors: Array[Ints, "n_b"]
     owner: Array[Ints, "n_b"]  # which of several threads solves it (``parallel``)
-    is_met: Array[Ints, "n_b"]  # whether the residual is within the tolerance, or within rounding
+    is_met: Array[Ints, "n_b"]  # whether the residual is within the tolerance, or to ``solve`` less, where it has to
 
 
 @kernel

@@ -1,10 +1,10 @@
 """Islands that the ladder of ``solve`` did not bring to the tolerance: solvers that are dearer, and rarely in vain.
 
-    few contacts    `solve_contact`, with the Delassus matrix G = J M^-1 J^T of the island
     some bodies     interior points on the graph of the bodies (``from_inside``)
+    few contacts    what these leave, by `solve_contact`, with the Delassus matrix G = J M^-1 J^T of the island
 
-That costs milliseconds; islands that are met never come here. Where interior points led nowhere they are left out for a
-while.
+Some bodies of very unlike masses, that are met but not solved to rounding, come here too. That costs milliseconds, and
+other islands that are met never come here. Where interior points led nowhere they are left out for a while.
 """
 
 from __future__ import annotations
@@ -16,13 +16,20 @@ from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.from_inside import from_inside
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
-from nonsmooth.contact.network.solve import BY_INTERIOR, Solver
+from nonsmooth.contact.network.solve import (
+    BY_INTERIOR,
+    FINE,
+    SOLVED_TO_ROUNDING,
+    Solver,
+    has_very_unlike_masses,
+)
+from nonsmooth.jit import interpreted
 
+are_very_unlike = interpreted(has_very_unlike_masses)
 DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
 # measured: of an island at rest of very unlike masses: stacks of prisms and cylinders, eight points between two, one of
 # them 1e4 to 1e6 times heavier, factors leave at 1e-4; here they take 0.2 to 1.3 s, one to four times in a run
 DENSE_RESTING_CONTACTS = 100
-VERY_UNLIKE_MASSES = 1e3  # chosen: more than a loose heap has, in which sizes differ by less than ten
 ALIKE = 0.1  # chosen: part of a velocity by which others differ from it at rest, for what the step before has left
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
 WORTH_IT, MOST_LEFT_OUT = 0.1, 32  # chosen: part of the residual above which it was in vain; islands then left out
@@ -34,33 +41,38 @@ def rescue(network: Network, solver: Solver, tol: float) -> int:
     islands = network.islands
     unmet = [int(k) for k in np.flatnonzero(islands.is_met[: islands.count] == 0)]
     few = {k for k in unmet if len(contacts_of(network, k)) <= most_contacts(network, k)}
-    many = [k for k in unmet if k not in few and islands.rung[k] != BY_INTERIOR]
-    for k in many:
-        if may_go_inside(network, solver, k) and not go_inside(network, solver, k, tol):
+    for k in unmet:
+        is_new = islands.rung[k] != BY_INTERIOR
+        if is_new and may_go_inside(network, solver, k, tol) and not go_inside(network, solver, k, tol):
             return int(solver.direct.desk.graph.wanted)
     for k in sorted(few):
-        solve_dense(network, k, tol)
+        if not islands.residual[k] <= tol:
+            solve_dense(network, k, tol)
+    islands.is_met[unmet] = islands.residual[unmet] <= tol
     return 0
 
 
-def may_go_inside(network: Network, solver: Solver, k: int) -> bool:
-    """Whether island k is small enough, and the last ones were not in vain."""
+def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
+    """Whether island k is small enough, and the last ones were not in vain: of very unlike masses those may have been
+    that were met."""
     if solver.most_factors == 0 or np.diff(network.islands.body_start)[k] > solver.most_inside:
         return False
     solver.inside_waits = max(0, solver.inside_waits - 1)
-    return bool(solver.inside_waits == 0)
+    is_pressing = not network.islands.residual[k] <= tol and are_very_unlike(network, k)
+    return bool(is_pressing or solver.inside_waits == 0)
 
 
 def go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     """Interior points for island k; False where there is no room for their factors."""
     islands, direct = network.islands, solver.direct
     before, made = float(islands.residual[k]), int(direct.desk.factors)
-    if not from_inside(network, direct, k, tol, tol):
+    goal = min(tol, SOLVED_TO_ROUNDING) if tol <= FINE and are_very_unlike(network, k) else tol
+    if not from_inside(network, direct, k, goal, goal):
         return False
     judge(network, k, tol)
     islands.rung[k] = BY_INTERIOR
     islands.factors[k] += int(direct.desk.factors) - made
-    is_worth_it = islands.is_met[k] or islands.residual[k] <= WORTH_IT * before
+    is_worth_it = islands.residual[k] <= max(goal, WORTH_IT * before)
     solver.inside_in_vain = 0 if is_worth_it else solver.inside_in_vain + 1
     solver.inside_waits = min(2 ** int(solver.inside_in_vain) // 2, MOST_LEFT_OUT)
     return True
@@ -94,10 +106,9 @@ def most_contacts(network: Network, k: int) -> int:
     alone give them velocities that are alike: what moves would be tried in every step."""
     islands, d = network.islands, network.b.shape[1]
     bodies = islands.bodies[islands.body_start[k] : islands.body_start[k + 1]]
-    mass, v = network.M[bodies, 0, 0], network.v_free[bodies, :d]
-    is_unlike = mass.max() > VERY_UNLIKE_MASSES * mass.min()
+    v = network.v_free[bodies, :d]
     is_resting = np.abs(v - v[0]).max() <= ALIKE * np.abs(v[0]).max()
-    return DENSE_RESTING_CONTACTS if is_unlike and is_resting else DENSE_CONTACTS
+    return DENSE_RESTING_CONTACTS if is_resting and are_very_unlike(network, k) else DENSE_CONTACTS
 
 
 def dense_impulses(network: Network, contacts: np.ndarray, guess: np.ndarray) -> np.ndarray:

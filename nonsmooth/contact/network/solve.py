@@ -8,12 +8,14 @@
                 where factors are affordable: some bodies, or many in the plane or of unlike masses
 
 Islands of few bodies are solved to rounding, unless the tolerance is a coarse one: what rests is then a fixed point,
-to the last bit. So are islands of some hundred bodies once they are at rest (``rest``). Where the factors of a large
-island led nowhere, a loose heap in motion, they are left out for a while, and until it is calm: no contact lands, and
-the impulses of the step before nearly solve it.
+to the last bit. Those of some bodies of very unlike masses are too, and go to ``rescue`` where that does not do: a
+residual of 1e-8 of impulses that hold ten tons is the weight of a tenth of a gram between. So are islands of some
+hundred bodies once they are at rest (``rest``). Where the factors of a large island led nowhere, a loose heap in
+motion, they are left out for a while, and until it is calm: no contact lands, and the impulses of the step before
+nearly solve it.
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
-recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met.
+recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether that will do.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulse
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.islands import NOT_ASKED
 from nonsmooth.contact.network.lagrangian import Desk, Direct
-from nonsmooth.contact.network.problem import Network, relative_velocity
+from nonsmooth.contact.network.problem import Network, relative_velocity, rounding
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.round_rows import RoundRows
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
@@ -77,6 +79,8 @@ MOST_RESTING = 500  # measured: 1000 discs, of which one rolls for ever, take 10
 # chosen: by which an absence grows: factors of more than FEW_BODIES are dear
 ABSENCE_GROWTH, DEAR_ABSENCE_GROWTH = 2, 4
 LONGEST_ABSENCE = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
+# chosen: more than a loose heap has, in which sizes differ by less than ten
+VERY_UNLIKE_MASSES = 1e3
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
 
@@ -151,11 +155,8 @@ def solve_island(network, solver, desk, k, is_next, d, n):
         islands.is_met[k] = 1  # further digits would be those of roundings
         return True
     is_direct = is_next or may_factorise(network, solver, k, d, n)
-    goal = (
-        min(solver.tol, SOLVED_TO_ROUNDING)
-        if is_direct and bodies <= EXACT_BODIES and solver.tol <= FINE
-        else solver.tol
-    )
+    is_fine = bodies <= EXACT_BODIES or has_very_unlike_masses(network, k)
+    goal = min(solver.tol, SOLVED_TO_ROUNDING) if is_direct and is_fine and solver.tol <= FINE else solver.tol
     if not islands.residual[k] <= goal:
         if not is_next:
             islands.rung[k] = BY_SWEEPS
@@ -173,8 +174,8 @@ def solve_island(network, solver, desk, k, is_next, d, n):
         if islands.residual[k] <= solver.tol and not is_within(network, k):
             islands.R[k] = NOT_ASKED
             islands.residual[k] = judge_island(network, k, d, n)
-        islands.is_met[k] = islands.residual[k] <= solver.tol
-        if islands.is_met[k] == 0 and bodies > EXACT_BODIES and is_at_rest(network, k, n):
+        islands.is_met[k] = islands.residual[k] <= solver.tol and not may_creep(network, solver, k, d, n)
+        if not islands.residual[k] <= solver.tol and bodies > EXACT_BODIES and is_at_rest(network, k, n):
             solver.contradicted = max(1, solver.contradicted)
     return has_room
 
@@ -183,6 +184,22 @@ def solve_island(network, solver, desk, k, is_next, d, n):
 def is_within(network, k):
     """Whether |F| of island k is within tol |P|, without what rounding of its velocities hides."""
     return network.islands.F[k] <= network.tol * network.tol * network.islands.P[k]
+
+
+@kernel
+def has_very_unlike_masses(network, k):
+    """Whether masses of island k, of some bodies, differ so much that light ones carry heavy ones: the impulses between
+    them are to be known to a part of the weight of the light ones."""
+    return bodies_of(network, k) <= FEW_BODIES and ratio_of_masses(network, k) > VERY_UNLIKE_MASSES
+
+
+@kernel
+def may_creep(network, solver, k, d, n):
+    """Whether island k, met to the tolerance, is one of these and not solved to rounding: dearer solvers may do."""
+    islands = network.islands
+    if solver.tol > FINE or islands.residual[k] <= SOLVED_TO_ROUNDING or not has_very_unlike_masses(network, k):
+        return False
+    return math.sqrt(islands.F[k]) > rounding(network, k, math.inf, d, n)
 
 
 @kernel

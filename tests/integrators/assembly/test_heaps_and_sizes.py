@@ -233,3 +233,19 @@ def test_a_step_whose_rebound_goes_to_other_solvers_is_whole_when_it_is_recorded
         np.testing.assert_array_equal(assembly.bodies.v_0[:, :3], before[:, :3])
         assert assembly.progress.stage == PREDICT
     assert assembly.progress.counts.inside > 10 and assembly.progress.counts.impacts > 50
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(("n", "heavy", "light"), [(6, 1e4, 1e-4), (6, 1e1, 1e-7), (8, 1e5, 1e-3), (40, 1e3, 1e-3)])
+@pytest.mark.parametrize("lowest", ["heavy", "light"])
+def test_a_stack_of_masses_that_alternate_stands(lowest, n, heavy, light, dim):
+    """Impulses are known to roundings of the weights that they hold, up to 40 tons, and so is what light bodies between
+    are given: some 1e-8 m/s, as many times as there are bodies. A residual of 1e-8 would let them go centimetres."""
+    scene, flat = ns.Scene(gravity=(0,) * (dim - 1) + (-G,), material=ns.Material(mu=0.5)), (0,) * (dim - 2)
+    scene.fixed(ns.HalfPlane((0, 1)) if dim == 2 else ns.HalfSpace((0, 0, 1)))
+    for k in range(n):
+        mass = heavy if (k % 2 == 0) == (lowest == "heavy") else light
+        scene.body(ns.Box(*(0.2,) * dim), mass=mass, position=(0.01 * (k % 2), *flat, 0.1 + 0.2 * k))
+    sol = ns.simulate(scene, (0, 0.5), integrator=ns.MoreauJean(dt=DT))
+    assert sol.stats.missed == 0
+    assert np.abs(sol.position[-1] - sol.position[0]).max() < 5e-5
