@@ -91,7 +91,12 @@ def machine_code(
     """The machine code of a function that is called by its address: from the disk, or of what ``make`` returns, with
     numba's ``options()``."""
     found = code_file(name, key).load(linked)
-    return found or Compiled(compile_cached(make(), signature, name, key, by_address=True, **options()))
+    if found is not None:
+        return found
+    from nonsmooth.jit.internals import unlinked_code
+
+    dispatcher = compile_cached(make(), signature, name, key, by_address=True, **options())
+    return linked(unlinked_code(dispatcher)) or Compiled(dispatcher)
 
 
 def compile_cached(

@@ -60,6 +60,13 @@ CFunc: Any = ccallback.CFunc
 Intrinsic: Any = extending._Intrinsic
 
 
+class NoEnvironment:
+    """In place of numba's environments, the globals of functions that run by themselves."""
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Nothing to set: the function never runs by itself."""
+
+
 class ModelLibrary(JITCodeLibrary):
     """Machine code whose functions are its own.
 
@@ -67,12 +74,38 @@ class ModelLibrary(JITCodeLibrary):
     names are counted up, so that two models from the disk may each have a ``helper`` of the same name.
     """
 
+    is_apart = False  # whether numba does not link it
+
     def _optimize_final_module(self) -> None:
         symbols = {symbol.name for symbol in self._final_module.global_variables}
         for function in self._final_module.functions:
             if is_shared(function) and UNRESOLVED + function.name not in symbols:
                 function.linkage = "internal"
         super()._optimize_final_module()
+
+    def _finalize_final_module(self) -> None:
+        """Make object code, which is linked by itself (`linking`) and goes with its model.
+
+        What numba links stays as long as the process; only code that needs its linker goes there.
+        """
+        self._finalize_dynamic_globals()
+        self.is_apart = is_linked_alone(self)
+        if not self.is_apart:
+            self._dynamic_globals.clear()  # which are looked for again
+            super()._finalize_final_module()
+            return
+        self._verify_declare_only_symbols()
+        self._compiled_object = self._codegen._tm.emit_object(self._final_module)
+        self._compiled = self._finalized = True
+
+    @property
+    def codegen(self) -> Any:
+        """Where numba puts the globals of a function; nowhere for what it does not link."""
+        return NoEnvironment() if self.is_apart else self._codegen
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """There is none in what is not linked yet."""
+        return 0 if self.is_apart else int(super().get_pointer_to_function(name))
 
 
 class OurCompiler(Compiler):
@@ -159,9 +192,21 @@ HELPERS = {f"numba_{name}" for name in vars(_helperlib)["c_helpers"]}  # defined
 def stands_alone(result: Any) -> bool:
     """Whether compiled code calls nothing that numba makes known to the linker as it loads its registries (counted
     memory, hashes), or as a function is initialised."""
-    module = result.library._final_module
+    return not result.reload_init and calls_known(result.library)
+
+
+def calls_known(library: Any) -> bool:
+    """Whether all that compiled code calls is known to the linker."""
+    module = library._final_module
     symbols = (each.name for each in (*module.functions, *module.global_variables) if each.is_declaration)
-    return not result.reload_init and all(name in HELPERS or KNOWN_SYMBOLS.match(name) for name in symbols)
+    return all(name in HELPERS or KNOWN_SYMBOLS.match(name) for name in symbols)
+
+
+def is_linked_alone(library: Any) -> bool:
+    """Whether compiled code calls nothing but what is known to the linker, and holds no address of this process."""
+    symbols = library._final_module.global_variables
+    is_resolved = not any(symbol.name.startswith(UNRESOLVED) for symbol in symbols)
+    return is_resolved and not library._dynamic_globals and not library._reload_init and calls_known(library)
 
 
 def can_be_kept(result: Any) -> bool:
@@ -200,6 +245,12 @@ def exception_at(address: Any) -> BaseException:
     raised = Raised.from_address(address)
     kind, arguments, *_ = pickle.loads(ctypes.string_at(raised.pickled, raised.size))
     return kind(*arguments or ())  # type: ignore[no-any-return]
+
+
+def unlinked_code(dispatcher: Any) -> bytes:
+    """The object code of the one function that a dispatcher has compiled, where numba did not link it; else nothing."""
+    result = next(iter(dispatcher.overloads.values()))
+    return object_code_of(result).to_bytes() if getattr(result.library, "is_apart", False) else b""
 
 
 def machine_code_of(dispatcher: Any) -> int:

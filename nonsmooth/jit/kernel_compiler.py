@@ -28,6 +28,7 @@ from nonsmooth.jit.beside import go_on
 from nonsmooth.jit.internals import (
     FixupArgs,
     JITCodeLibrary,
+    NoEnvironment,
     NoPythonBackend,
     NopythonTypeInference,
     OurCompiler,
@@ -52,13 +53,6 @@ from nonsmooth.jit.kernel_lowering import KernelLowering
 # Libraries: kernels are inlined in the entry points that call them.
 
 
-class NoEnvironment:
-    """In place of numba's environments, the globals of functions that run by themselves."""
-
-    def set_env(self, name: str, env: Any) -> None:
-        """Nothing to set: an inner kernel never runs by itself."""
-
-
 class InnerLibrary(JITCodeLibrary):
     """Intermediate code only, to be inlined in the entry points that call it.
 
@@ -66,13 +60,14 @@ class InnerLibrary(JITCodeLibrary):
     """
 
     codegen = NoEnvironment()
-    inlining = "alwaysinline"
+    inlining: tuple[str, ...] = ("alwaysinline",)
 
     def add_ir_module(self, ir_module: Any) -> None:
         """Mark the functions of a module, and take it in; the entry point is verified as a whole."""
         for function in ir_module.functions:
             if not function.is_declaration:
-                function.attributes.add(self.inlining)
+                for each in self.inlining:
+                    function.attributes.add(each)
         module = llvm.parse_assembly(str(ir_module))
         module.name, module.data_layout = ir_module.name, self._codegen._data_layout
         self._final_module.link_in(module)
@@ -99,7 +94,13 @@ class InnerLibrary(JITCodeLibrary):
 class RareLibrary(InnerLibrary):
     """Intermediate code that is never inlined."""
 
-    inlining = "noinline"
+    inlining = ("noinline",)
+
+
+class HelperLibrary(InnerLibrary):
+    """Intermediate code that is inlined where LLVM finds that worth it."""
+
+    inlining = ()
 
 
 def parts_of(library: Any) -> list[Any]:
@@ -283,6 +284,12 @@ class InlinedCompiler(OurCompiler):
     """The compiler of model functions that become a part of the entry point that calls them."""
 
     library = InnerLibrary
+
+
+class HelperCompiler(OurCompiler):
+    """The compiler of functions that model functions call, which become a part of the model."""
+
+    library = HelperLibrary
 
 
 # Shortcuts, while a kernel is compiled.

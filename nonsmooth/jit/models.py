@@ -238,6 +238,7 @@ def _frozen_view(shape: tuple[int, ...], at: int) -> Any:
     return _view(shape, at=at, frozen=True)
 
 
+@functools.cache
 def _view(shape: tuple[int, ...], cleared: bool = False, at: int = 0, frozen: bool = False) -> Any:
     """An intrinsic that sees a raw pointer as a C array of fixed shape (``numba.carray`` takes longer to compile).
 

@@ -55,9 +55,11 @@ class Twins:
 
     def _compile(self, value: Any, source: types.FunctionType) -> Any:
         from nonsmooth.jit.internals import finish_twin, numba, twin_of
+        from nonsmooth.jit.kernel_compiler import HelperCompiler
 
         copy = self._shell(source)
-        twin = numba.njit(**OPTIONS)(copy) if value is source else twin_of(value, copy)
+        ours = {**OPTIONS, "pipeline_class": HelperCompiler}
+        twin = numba.njit(**ours)(copy) if value is source else twin_of(value, copy)
         self._compiled[id(value)] = twin
         self._originals.append(value)
         self._fill(copy, source)

@@ -1,7 +1,8 @@
 """The system of a model: what its method ``system()`` builds.
 
 It is asked each time, since it may read anything: attributes of the model and of its class, lists, files, the clock. Of
-two systems that are the same in every part the first is taken, which is compiled and whose start is known.
+two systems that are the same in every part the first is taken, which is compiled and whose start is known. A system
+whose parameters were written to, an array or an attribute, gives way to one of the parameters as they are.
 """
 
 from __future__ import annotations
@@ -9,12 +10,12 @@ from __future__ import annotations
 import functools
 import types
 from collections.abc import Hashable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.parameters import with_changes
+from nonsmooth.checks.parameters import numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit.bytecode import SCALARS, scalar
 from nonsmooth.mechanics.shelf import Same
@@ -26,7 +27,8 @@ MOST_SYSTEMS = 32  # chosen: systems of models that are at work in turns
 def as_system(candidate: Any) -> System:
     """The system itself, or the one that a model builds with its ``system()`` method."""
     if isinstance(candidate, System):
-        return candidate
+        is_as_given = numeric_fields(candidate.parameters) == candidate.parameter_values
+        return candidate if is_as_given else _first_of(_Made(replace(candidate)))
     if isinstance(candidate, type):
         raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
     if not callable(getattr(candidate, "system", None)):

@@ -197,6 +197,29 @@ def test_an_array_of_parameters_that_is_written_to_is_read_again():
         assert height(model) == pytest.approx(floor, abs=1e-7)
 
 
+@dataclasses.dataclass
+class Floor:
+    y: float
+    heights: np.ndarray
+
+
+def test_parameters_that_are_written_to_after_the_system_was_made_are_read_again():
+    """The same ball on a floor that is raised, by an attribute and by an entry of an array."""
+
+    def above(t, q, p, g_N):
+        g_N[0] = q[0] - p.y - p.heights[1]
+
+    floor = Floor(0.25, np.zeros(2))
+    system = dataclasses.replace(system_of(0.0), gap=above, parameters=floor)
+    assert height(system) == pytest.approx(0.25, abs=1e-7) and as_system(system) is system
+    floor.y = 0.5
+    assert height(system) == pytest.approx(0.5, abs=1e-7)
+    floor.heights[1] = 0.125
+    assert height(system) == pytest.approx(0.625, abs=1e-7)
+    floor.y, floor.heights[1] = 0.25, 0.0
+    assert as_system(system) is system
+
+
 @pytest.mark.parametrize(("one", "other"), [(0.0, -0.0), (1, 1.0), (1, True), (float("nan"), 1.0)])
 def test_parts_that_python_calls_equal_are_told_apart(one, other):
     """Of a model that hands on what it has as a default of a function."""
