@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
 WIDTH = 5.0  # chosen: of a figure [in]
+SAVED_DPI = 150  # chosen: points per inch of a figure that is saved
 PHASE_PLANE_MARGIN = 0.2  # chosen: of the orbit's extent, around it in the phase plane
 LEDGER_ROUNDING = 1e-12  # chosen: of the largest energy: what changes less is the rounding of a sum of many steps
 GRID = 400  # chosen: points of the phase map along each axis
@@ -70,11 +71,27 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def save_figure(figure: Any, path: str | Path | None) -> Any:
-    """The figure, written to ``path`` where one is given; its ending names the format."""
+    """The figure, written to ``path`` where one is given; its ending names the format.
+
+    The places of its axes are found once, and it is drawn once: Matplotlib's ``savefig`` does both twice.
+    """
     if path is not None:
+        from matplotlib.backend_bases import get_registered_canvas_class
+
         path = as_place("path", path, FIGURE_ENDINGS)
+        ending, engine, dpi, canvas = path.suffix[1:], figure.get_layout_engine(), figure.dpi, figure.canvas
         with whole_file(path) as part:
-            figure.savefig(part, dpi=150, format=path.suffix[1:])
+            figure.dpi = SAVED_DPI
+            if engine is not None:
+                engine.execute(figure)
+                figure.set_layout_engine("none")
+            try:
+                getattr(get_registered_canvas_class(ending)(figure), f"print_{ending}")(part)
+            finally:
+                figure.dpi = dpi
+                figure.set_canvas(canvas)
+                if engine is not None:
+                    figure.set_layout_engine(engine)
     return figure
 
 

@@ -364,3 +364,37 @@ def test_an_energy_has_its_colour_whatever_other_terms_there_are(ball, seizing_r
 
 def axes_of(figure):
     return list(dict.fromkeys(axes for part in (figure, *figure.subfigs) for axes in part.axes))
+
+
+def test_a_figure_is_laid_out_and_drawn_once_where_it_is_saved_and_looks_as_matplotlib_saves_it(
+    seizing_rod, tmp_path, monkeypatch
+):
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from PIL import Image
+
+    counts = {"draw": 0, "execute": 0}
+
+    def counted(kind, name):
+        plain = getattr(kind, name)
+
+        def counting(*arguments):
+            counts[name] += 1
+            return plain(*arguments)
+
+        monkeypatch.setattr(kind, name, counting)
+
+    counted(Figure, "draw")
+    counted(ConstrainedLayoutEngine, "execute")
+    figure = seizing_rod.plot(tmp_path / "once.png")
+    assert counts == {"draw": 1, "execute": 1}
+    assert isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine) and figure.dpi != 150  # as it was before
+    figure.savefig(tmp_path / "twice.png", dpi=150)
+    once, twice = (np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB")) for name in ("once", "twice"))
+    assert once.shape == twice.shape and (once == twice).all()
+
+
+@pytest.mark.parametrize("ending", ["pdf", "svg", "jpg", "webp"])
+def test_every_format_is_saved_at_its_size(ball, tmp_path, ending):
+    assert ball.plot(tmp_path / f"ball.{ending}").get_layout_engine() is not None
+    assert (tmp_path / f"ball.{ending}").stat().st_size > 5_000
