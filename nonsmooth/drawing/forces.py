@@ -135,11 +135,12 @@ def draw_forces(axes: Any, loads: Loads, k: np.ndarray, kind: str) -> None:
 
 
 def draw_steps(axes: Any, values: np.ndarray, edges: np.ndarray, **look: Any) -> None:
-    """What ``axes.stairs`` draws, whose limits are those of its corners: that takes each for a curve of its own, which is
-    a second for 20 000."""
+    """What ``axes.stairs`` draws, whose limits are those of its corners: that takes each for a curve of its own, and a
+    second for 20 000."""
     from matplotlib.patches import StepPatch
 
-    axes.add_artist(StepPatch(values, edges, baseline=None, fill=False, **look))
+    no_baseline: Any = None
+    axes.add_artist(StepPatch(values, edges, baseline=no_baseline, fill=False, **look))
     is_known = np.isfinite(values)
     corners = [(edges[at][is_known], values[is_known]) for at in (slice(None, -1), slice(1, None))]
     axes.update_datalim(np.concatenate([np.column_stack(pair) for pair in corners]))
