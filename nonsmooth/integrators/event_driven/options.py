@@ -34,6 +34,7 @@ from nonsmooth.integrators.radau.stages import newton
 from nonsmooth.integrators.records import N_WORKS, State
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces, rigid_rates
+from nonsmooth.integrators.rigid.series import find_landing
 from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
@@ -97,7 +98,7 @@ class EventDriven(LocatesEvents):
             entry_points += [find_modes, solve_impact, switch_modes, find_touching, enumerate_modes]
             entry_points.append(acceleration_problem_apart)
         if system.n_c > 1:
-            entry_points += [enumerate_redundant, solve_planar, pivot, *kernels_of_shock(system)]
+            entry_points += [enumerate_redundant, solve_planar, pivot, find_landing, *kernels_of_shock(system)]
         return entry_points
 
     def memory(self, system: System, selection: int) -> Scratch:

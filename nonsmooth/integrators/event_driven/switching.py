@@ -48,6 +48,7 @@ from nonsmooth.integrators.records import (
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, RigidContacts, rounded_length, small_speed
 from nonsmooth.integrators.rigid.rates import rigid_rates
+from nonsmooth.integrators.rigid.series import find_landing, has_rough_guide, push, slides_by
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
@@ -400,37 +401,63 @@ def give_up_bounces(sys, t, x, state, contacts, touch, forces):
     What closes changes the forces, and so which of the others come back: each is closed once.
     """
     for _ in range(sys.n_c):
-        status, has_closed = close_low_bounces(sys, t, x, contacts, touch)
-        if status != Status.RUNNING or not has_closed:
+        status, n_closed, last = close_low_bounces(sys, t, x, contacts, touch)
+        if status != Status.RUNNING or n_closed == 0:
             return status
+        v = touch.gamma[last, 0]
+        for j in range(x.shape[0]):
+            touch.flight[j] = touch.rates[j]
         touch.ahead = 0.0
         status = find_modes(
             address(sys), t, x, False, address(state), address(contacts), address(touch), address(forces)
         )
+        if status == Status.RUNNING and n_closed == 1 and has_rough_guide(sys, contacts):
+            status = add_series(sys, t, last, v, x, contacts, touch)
         if status != Status.RUNNING:
             return status
     return Status.RUNNING.value
 
 
 @kernel
+def add_series(sys, t, i, v, x, contacts, touch):
+    """Give x the velocity from which contact i, held closed, comes to that after its series of bounces; a Status."""
+    n, e, T = sys.n, sys.laws[i, LAW_E_N], touch.accumulates[i]
+    status = rigid_rates(address(sys), address(contacts), t, x, touch.rates)
+    if status != Status.RUNNING:
+        return status
+    for j in range(n, x.shape[0]):
+        if not 2 * n <= j < 2 * n + sys.n_c:  # gaps are evaluated
+            x[j] += T * (touch.flight[j] - touch.rates[j])
+    status, m = find_landing(address(sys), t, i, v, x, address(contacts))
+    times = (1.0 + e) / (1.0 - e)
+    push(n, m, times, x, contacts)
+    for k in range(m):
+        place, P = contacts.contact[k], times * contacts.z[k]
+        x[2 * n + (1 + contacts.part[k]) * sys.n_c + place] += P
+        if slides_by(k, contacts):
+            x[2 * n + 2 * sys.n_c + place] += contacts.ratio[place] * P
+    return status
+
+
+@kernel
 def close_low_bounces(sys, t, x, contacts, touch):
-    """Let the contacts touch whose next bounce is lower than the tolerance: (Status, whether there are any)."""
+    """Let the contacts touch whose next bounce is lower than the tolerance: (Status, how many, the last of them)."""
     work, kinds = contacts.work, sys.kinds
     n, n_c = sys.n, sys.n_c
     status = rigid_rates(address(sys), address(contacts), t, x, touch.rates)
     if status != Status.RUNNING:
-        return status, False
+        return status, 0, -1
     for i in range(n_c):
         work.closed[i] = i
     if not find_row_rates(sys, row_shift(sys, contacts.u), t, contacts.q, contacts.u, n_c, contacts.rates, work):
-        return Status.NOT_FINITE.value, False
+        return Status.NOT_FINITE.value, 0, -1
     for j in range(n):
         work.q_mid[j] = contacts.q[j]
     if not evaluate_rows(sys, True, t, contacts.u, work):
-        return Status.NOT_FINITE.value, False
+        return Status.NOT_FINITE.value, 0, -1
     height = max(contacts.numbers.atol, RESOLVED * rounded_length(n, contacts))
     r = 0
-    has_closed = False
+    n_closed, last = 0, -1
     contacts.numbers.flight = math.inf
     for i in range(n_c):
         v = touch.gamma[i, 0]
@@ -442,11 +469,11 @@ def close_low_bounces(sys, t, x, contacts, touch):
             if a < 0.0 and e < 1.0 and v * v < 2.0 * -a * height:
                 touch.is_touching[i] = 1
                 touch.accumulates[i] = 2.0 * v / (-a * (1.0 - e))
-                has_closed = True
+                n_closed, last = n_closed + 1, i
             elif a < 0.0:
                 contacts.numbers.flight = min(contacts.numbers.flight, 2.0 * v / -a)
         r += (1 if kinds[i, 0] != GIVEN_FORCE else 0) + kinds[i, 1]
-    return Status.RUNNING.value, has_closed
+    return Status.RUNNING.value, n_closed, last
 
 
 @kernel

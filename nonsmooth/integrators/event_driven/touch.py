@@ -47,6 +47,7 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
     u_0: Array[Floats, "n"]  # velocities before the event
     x: Array[Floats, "row"]  # a state that is tried, and its rates
     rates: Array[Floats, "row"]
+    flight: Array[Floats, "row"]  # rates before a contact whose bounces are given up was closed
     found: Array[Ints, "n_c", 2]  # number of solutions of its island, bits of the modes of a single contact
     impacts: Array[Ints, "n_c", 2]  # the same of the impact of the event that had most
     planar: Array[Planar, "n = max(1, n_c)"]
