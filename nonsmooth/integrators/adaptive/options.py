@@ -38,6 +38,7 @@ from nonsmooth.integrators.radau.method import SMALLEST_RTOL
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces
+from nonsmooth.integrators.rigid.series import find_landing
 from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
@@ -97,7 +98,8 @@ class Adaptive(Integrator):
         entry_points = [self.loop, try_step, held_step, find_event, decide_modes, substep]
         entry_points += [solve, rigid_events, rigid_forces, hold_constraints]
         if system.n_c > 1:
-            entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot, *kernels_of_shock(system)]
+            entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot, find_landing]
+            entry_points += kernels_of_shock(system)
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():

@@ -114,6 +114,7 @@ class Extrapolation(
     slip: Array[Ints, "n_c"]
     has_struck: Array[Ints, "n_c"]  # whether an event of the contact is noted already
     is_stopped: Array[Ints, "n_c"]  # whether its slide has just come to rest
+    dropped: Array[Floats, "n_c"]  # how fast it came in whose bounces the jump of an instant leaves out, else 0
     armed: Array[Ints, "E"]  # event functions that have been above their band since the last event
     band: Array[Floats, "E"]  # within which an event function counts as zero
     f_0: Array[Floats, "E"]  # event functions at the beginning of the step

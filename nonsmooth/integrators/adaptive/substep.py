@@ -205,6 +205,8 @@ def choose_restitution(sys, dt, n_k, run, work):
         if -gamma_N > BAND * run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:
             run.system.laws[i, LAW_E_N] = e
             strikes = True
+        else:
+            run.dropped[i] = max(run.dropped[i], -gamma_N)
     if strikes and has_shock(n_k, sys, work):  # which goes on to contacts that do not approach yet
         for k in range(n_k):
             i = work.closed[k]

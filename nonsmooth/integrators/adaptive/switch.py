@@ -25,6 +25,7 @@ from nonsmooth.integrators.adaptive.events import NOWHERE, STANDS, arm_functions
 from nonsmooth.integrators.adaptive.held import NO_LOAD
 from nonsmooth.integrators.adaptive.hops import drop_hops
 from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, is_parting, length_of_instant
+from nonsmooth.integrators.adaptive.series import add_series
 from nonsmooth.integrators.adaptive.state import (
     GO_ON,
     GO_THROUGH,
@@ -85,6 +86,8 @@ def decide_modes(sys_at, t, state_at, run_at):
     for i in range(n):
         x[i], x[n + i], run.u_0[i] = state.q[i], state.u[i], state.u[i]
     stop_slides(run)
+    for i in range(n_c):
+        run.dropped[i] = 0.0
     status = hold_constraints(sys_at, t, x, False, address(contacts))
     has_jumped = False
     for k in range(JUMPS * n_c + 1):
@@ -98,6 +101,8 @@ def decide_modes(sys_at, t, state_at, run_at):
     counters.ends_series = 0
     if status == Status.RUNNING:
         status = find_modes(sys, t, state, run)
+    if status == Status.RUNNING and has_jumped and counters.to_do == GO_ON:
+        status = add_series(sys, t, state, run)
     if status != Status.RUNNING:
         return status, has_jumped
     note_changes(t, first_event, state, run)
