@@ -79,7 +79,8 @@ def branch(found: Any) -> dict[str, Any]:
         "stick_duration": [float(one.stick_duration) for one in found.cycles],
         "multipliers": [plain(one.multipliers) for one in found.cycles],
         "amplitudes": [plain(one.amplitudes) for one in found.cycles],
-        "changes": [{"kind": change.kind, "value": float(change.value)} for change in found.changes],
+        "changes": [{"kind": change.kind, "value": float(change.value) if change.is_located else None,
+                     "between": [float(change.before), float(change.after)]} for change in found.changes],
         "units": {name: UNITS[name] for name in ("period", "stick_duration")},
     }  # fmt: skip
 
@@ -90,7 +91,8 @@ def diagram(found: Any) -> dict[str, Any]:
         "parameter": found.parameter, "values": plain(found.values), "coordinate": found.coordinate_label,
         "upwards": [plain(points) for points in found.upwards],
         "downwards": [plain(points) for points in found.downwards],
-        "opens": plain(found.opens), "periods": None if found.periods is None else plain(found.periods),
+        "opens": plain(found.opens), "settled": plain(found.settled),
+        "periods": None if found.periods is None else plain(found.periods),
         "units": units_of_state(found.system) | {"periods": "s"},
     }  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -305,3 +306,14 @@ def test_stick_time_is_zero_where_sticking_ends():
     (end,) = (change.value for change in found.changes if change.kind == "stick ends")
     (line,) = plot_branch(found).axes[2].lines[:1]
     assert np.interp(end, *line.get_data()) == 0.0 < np.interp(end - 1e-3, *line.get_data())
+
+
+def test_a_change_that_is_not_located_has_no_value_of_its_own(capsys):
+    """Beyond 0.4472 m/s there is no cycle: the end lies between two values; the end of stick was solved."""
+    assert main("study cycle belt-oscillator --axis vb=0.35:0.5:4 --no-plot --json".split()) == 0
+    ends, end = json.loads(capsys.readouterr().out)["branch"]["changes"]
+    assert ends["kind"] == "stick ends" and ends["value"] == pytest.approx(0.3945445849, rel=1e-9)
+    assert end["kind"] == "end" and end["value"] is None and end["between"] == pytest.approx([0.4, 0.45])
+    assert main("study cycle belt-oscillator --axis vb=0.35:0.5:4 --no-plot".split()) == 0
+    said = capsys.readouterr().out
+    assert "stick ends at vb = 0.39454458" in said and "end of vb between 0.4 and 0.45" in said
