@@ -74,14 +74,18 @@ class ModelLibrary(JITCodeLibrary):
     names are counted up, so that two models from the disk may each have a ``helper`` of the same name.
     """
 
-    is_apart = False  # whether numba does not link it
-
     def _optimize_final_module(self) -> None:
         symbols = {symbol.name for symbol in self._final_module.global_variables}
         for function in self._final_module.functions:
             if is_shared(function) and UNRESOLVED + function.name not in symbols:
                 function.linkage = "internal"
         super()._optimize_final_module()
+
+
+class ApartLibrary(ModelLibrary):
+    """The same, called by its address alone, and not linked by numba where it can do without."""
+
+    is_apart = False
 
     def _finalize_final_module(self) -> None:
         """Make object code, which is linked by itself (`linking`) and goes with its model.
@@ -117,6 +121,12 @@ class OurCompiler(Compiler):
         library = self.library(targetctx.codegen(), "code")
         library.enable_object_caching()
         super().__init__(typingctx, targetctx, library, *rest)
+
+
+class ApartCompiler(OurCompiler):
+    """Numba's compiler of what is linked by itself."""
+
+    library = ApartLibrary
 
 
 class ModelType(numba.types.Dummy):  # type: ignore[misc]
@@ -192,21 +202,23 @@ HELPERS = {f"numba_{name}" for name in vars(_helperlib)["c_helpers"]}  # defined
 def stands_alone(result: Any) -> bool:
     """Whether compiled code calls nothing that numba makes known to the linker as it loads its registries (counted
     memory, hashes), or as a function is initialised."""
-    return not result.reload_init and calls_known(result.library)
+    return not result.reload_init and all(
+        name in HELPERS or KNOWN_SYMBOLS.match(name) for name in declared(result.library)
+    )
 
 
-def calls_known(library: Any) -> bool:
-    """Whether all that compiled code calls is known to the linker."""
+def declared(library: Any) -> list[str]:
+    """The names of what compiled code calls or reads and does not have itself."""
     module = library._final_module
-    symbols = (each.name for each in (*module.functions, *module.global_variables) if each.is_declaration)
-    return all(name in HELPERS or KNOWN_SYMBOLS.match(name) for name in symbols)
+    return [each.name for each in (*module.functions, *module.global_variables) if each.is_declaration]
 
 
 def is_linked_alone(library: Any) -> bool:
-    """Whether compiled code calls nothing but what is known to the linker, and holds no address of this process."""
+    """Whether compiled code calls nothing but what the linker knows in this process, and reads no array in place."""
     symbols = library._final_module.global_variables
     is_resolved = not any(symbol.name.startswith(UNRESOLVED) for symbol in symbols)
-    return is_resolved and not library._dynamic_globals and not library._reload_init and calls_known(library)
+    is_free = is_resolved and not library._dynamic_globals and not library._reload_init
+    return is_free and all(KNOWN_SYMBOLS.match(name) or llvm.address_of_symbol(name) for name in declared(library))
 
 
 def can_be_kept(result: Any) -> bool:
@@ -223,9 +235,7 @@ def can_be_kept(result: Any) -> bool:
 
 def object_code_of(result: Any) -> ObjectCode:
     """The object code of a function that was just compiled."""
-    module = result.library._final_module
-    symbols = (each.name for each in (*module.functions, *module.global_variables) if each.is_declaration)
-    needed = tuple(name for name in symbols if not name.startswith("llvm."))
+    needed = tuple(name for name in declared(result.library) if not name.startswith("llvm."))
     return ObjectCode(result.fndesc.llvm_func_name, needed, result.library._get_compiled_object())
 
 

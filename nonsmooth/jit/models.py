@@ -140,9 +140,9 @@ def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
     """The machine code, from disk if it is there."""
 
     def options() -> dict[str, Any]:
-        from nonsmooth.jit.internals import OurCompiler
+        from nonsmooth.jit.internals import ApartCompiler
 
-        return {**OPTIONS, "pipeline_class": OurCompiler}
+        return {**OPTIONS, "pipeline_class": ApartCompiler}
 
     def compiled(adapter: Callable[[], Callable]) -> MachineCode:
         return machine_code(adapter, MODEL_SIGNATURE, "model", key, options)

@@ -8,9 +8,12 @@ import sys
 import numpy as np
 import pytest
 
+import nonsmooth as ns
 from nonsmooth.jit import cache, interpreted, kernel, kernels
 from nonsmooth.jit.linking import Linked, function_at, linked
 from nonsmooth.jit.object_code import ObjectCode, object_code
+from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.system import FORCE
 
 
 @kernel("float64(int64, float64, boolean, float64[::1])")
@@ -183,6 +186,38 @@ before = memory()
 compile_models(4, 8)
 print((memory() - before) / 8)
 """
+
+
+def test_models_are_linked_by_themselves_in_the_process_that_compiled_them(monkeypatch, tmp_path):
+    """Also those that take memory, call LAPACK or raise: they do what their sources do."""
+    monkeypatch.setenv("NONSMOOTH_CACHE_DIR", str(tmp_path))
+    big = np.zeros(200_000)
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def takes_memory(t, q, u, p, h):
+        h[0] = np.ones(3)[1] + np.array([q[0], 2.0]).sum()
+
+    def solves(t, q, u, p, h):
+        h[0] = np.linalg.solve(np.array([[2.0, 0.0], [0.0, 4.0]]), np.ones(2))[1]
+
+    def raises(t, q, u, p, h):
+        if q[0] > 0.0:
+            raise ValueError("above")
+
+    def reads_in_place(t, q, u, p, h):
+        h[0] = big[7] + 2.0
+
+    def written(force, is_linked):
+        model = model_of(ns.System(n_q=1, mass=mass, force=force))
+        assert isinstance(model._keep, Linked) == is_linked
+        q, out = np.array([1.0]), np.array([9.0])
+        is_done = model.call(FORCE, 0.0, *(each.ctypes.data for each in (q, q, q)), out.ctypes.data)
+        return out[0] if is_done else None
+
+    assert written(takes_memory, True) == 4.0 and written(solves, True) == 0.25 and written(raises, True) is None
+    assert written(reads_in_place, False) == 2.0  # numba's linker: the address belongs to this process
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="the system does not tell the memory of a process")
