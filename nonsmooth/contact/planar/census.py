@@ -1,11 +1,11 @@
 """When the solutions of a contact problem are counted anew.
 
 A census tries every combination of modes (planar/enumerate.py) of the contacts that reduction.py leaves. Up to
-EVERY_STEP combinations that is done with each problem. More are counted where the last census of these contacts does
-not tell:
+EVERY_STEP combinations that is done with each problem, but for the first of these reasons not to. More are counted
+where the last census of these contacts does not tell:
 
 * all of its pivots were positive, so that there was one solution whatever c, and no entry of G has changed by more
-  than a part of the least pivot since;
+  than a part of the least pivot since, and no friction coefficient, none of which differs for a contact that sticks;
 * it found one solution with the modes that the contacts still have, and no entry of G, c and mu has changed by more
   than MATERIAL since; or none that it could tell from others, where contacts are redundant, and so would a new one.
 
@@ -49,7 +49,8 @@ def known_solutions(left, problem, planar):
         if e < left and place[e] == k:
             role = role_of(e, problem, planar)
             e += 1
-        is_oriented = is_oriented and memory.role[i] == role
+        has_same_law = problem.mu[k] == memory.mu[i] and problem.mu_static[k] == problem.mu[k]
+        is_oriented = is_oriented and memory.role[i] == role and has_same_law
     if is_oriented and is_near(SAFE * memory.least[first], problem, memory):
         return ALWAYS_ONE
     if planar.may_wait == 1 and is_as_before and is_near(MATERIAL, problem, memory) and is_same_load(problem, memory):

@@ -239,9 +239,14 @@ def solve_with_fixed_friction(problem, planar):
         ):
             return route, 1
         recall_modes(problem)
+    elif known_solutions(left, problem, planar) == ALWAYS_ONE:
+        planar.is_counted = 1
+        route = go_on(problem, planar)
+        if route != Route.FAILED:
+            return route, 1
+        recall_modes(problem)
     route, found = count_all(left, problem, planar)
-    if n_modes > EVERY_STEP:
-        note_modes(problem, planar.memory)
+    note_modes(problem, planar.memory)
     return route, found
 
 
@@ -372,8 +377,7 @@ def take_census(n_modes, left, problem, planar):
     """Enumerate the solutions of the contacts that are left; returns as ``enumerate_modes``."""
     copy_part(left, problem, planar.rest)
     found, is_complete = enumerate_modes(address(planar.rest), address(planar.tree))
-    if n_modes > EVERY_STEP:
-        remember_census(found, left, problem, planar)
+    remember_census(found, left, problem, planar)
     return found, is_complete
 
 

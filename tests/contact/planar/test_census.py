@@ -95,3 +95,31 @@ def test_a_census_that_waits_is_said_in_the_summary():
     assert rest.stats.uncounted == 0 and "not counted" not in rest.summary()
     assert rest.stats.shared == rest.stats.steps
     assert f"in {rest.stats.steps} the impulses are one share of many" in rest.summary()
+
+
+def test_two_contacts_are_counted_in_each_step_unless_one_motion_is_certain():
+    """Problems that drift, and whose friction changes: the count is that of an enumeration of each of them."""
+    tree, rng = new(Tree, n=2, r=4), np.random.default_rng(8)
+    certain = several = 0
+    for _ in range(40):
+        begin, change = rng.normal(size=(2, 24)) * [[1.0], [0.2]]
+        mu_0, mu_1 = rng.uniform(0.0, 2.5, (2, 2))
+        problem, planar = problem_of(KINDS[:2], np.eye(4), np.zeros(4), mu_0, mu_0), new(Planar, n=2, d=1)
+        planar.may_wait = 1
+        for s in np.linspace(0.0, 1.0, 100):
+            mu = mu_0 if s < 0.5 else (1 - s) * mu_0 + s * mu_1
+            W, c = np.split(begin + s * change, [20])
+            W = W.reshape(4, 5)
+            problem.G[:], problem.c[:] = W @ W.T, c
+            problem.offset[:] = problem.c
+            problem.laws[:] = [law_row(Coulomb(m), 0.0, 0.0, "newton", {}) for m in mu]
+            other = problem_of(KINDS[:2], problem.G, problem.c, mu, mu)
+            expected, _ = enumerate_modes(other.address, tree.address)
+            route, found, _, _ = solve_planar(problem.address, planar.address)
+            assert found == expected and (route > Route.NO_SOLUTION) == (expected > 0)
+            certain, several = certain + (route == Route.KEPT_MODES), several + (expected > 1)
+            for k, candidate in enumerate(problem.candidate):
+                names = {FREE: ns.ContactMode.OPEN, STICK: ns.ContactMode.STICK}
+                problem.mode[k] = names.get(candidate, ns.ContactMode.SLIDE)
+                problem.slip[k] = slip_of(candidate) if candidate >= SLIDE_PLUS else 0
+    assert certain > 200 and several > 5  # each is met
