@@ -25,6 +25,7 @@ import math
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulses, judge_island, recall_graph
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.islands import NOT_ASKED
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.lagrangian import Desk, Direct
 from nonsmooth.contact.network.problem import Network, relative_velocity, rounding
 from nonsmooth.contact.network.rest import is_at_rest
@@ -195,10 +196,14 @@ def has_very_unlike_masses(network, k):
 
 @kernel
 def may_creep(network, solver, k, d, n):
-    """Whether island k, met to the tolerance, is one of these and not solved to rounding: dearer solvers may do."""
+    """Whether island k, met to the tolerance, is one of these without joints, and not solved to rounding: dearer
+    solvers may do, which leave joints half of the digits."""
     islands = network.islands
     if solver.tol > FINE or islands.residual[k] <= SOLVED_TO_ROUNDING or not has_very_unlike_masses(network, k):
         return False
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        if is_joint(network, islands.contacts[at]):
+            return False
     return math.sqrt(islands.F[k]) > rounding(network, k, math.inf, d, n)
 
 
