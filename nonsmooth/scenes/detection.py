@@ -55,6 +55,28 @@ class Found(Block):
 
 
 @kernel
+def move_found(found, c, to):
+    """Put a contact in the place of another."""
+    found.shape_i[to], found.shape_j[to] = found.shape_i[c], found.shape_j[c]
+    found.key[to], found.gap[to] = found.key[c], found.gap[c]
+    for k in range(found.normal.shape[1]):
+        found.normal[to, k], found.point[to, k] = found.normal[c, k], found.point[c, k]
+
+
+@kernel
+def exchange_found(found, a, b):
+    """Exchange two contacts."""
+    shape_i, shape_j, key, gap, point = found.shape_i, found.shape_j, found.key, found.gap, found.point
+    shape_i[a], shape_i[b] = shape_i[b], shape_i[a]
+    shape_j[a], shape_j[b] = shape_j[b], shape_j[a]
+    key[a], key[b] = key[b], key[a]
+    gap[a], gap[b] = gap[b], gap[a]
+    for k in range(point.shape[1]):
+        point[a, k], point[b, k] = point[b, k], point[a, k]
+        found.normal[a, k], found.normal[b, k] = found.normal[b, k], found.normal[a, k]
+
+
+@kernel
 def key_of(i, j, feature):
     """One number of two shapes and a feature; their order is that of (i, j, feature)."""
     return (((i << SHAPE_BITS) | j) << FEATURE_BITS) | feature

@@ -17,7 +17,7 @@ Spatial. A sphere, a capsule along its own z and a box are each a box core with 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated as Array
 
@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nonsmooth.jit.blocks import Block, Floats, Ints, new
+from nonsmooth.scenes.faces import UP, Face, Faces, faces_of_box, faces_of_hull
 
 # kinds of shape
 HULL, HALF_PLANE = range(2)
@@ -46,7 +47,7 @@ class Solids(Block):
     edge: Array[Ints, "n_k"]  # of its shape, from this corner to the next of the face
 
 
-class Shapes(Block):
+class Shapes(Block, n_g=0, n_l=0):
     """What is constant in the shapes of a scene; n_x = 3 | 7 numbers are a place."""
 
     body: Array[Ints, "n_s"]  # row in `Motion`
@@ -62,6 +63,7 @@ class Shapes(Block):
     normals: Array[Floats, "n_w", "2"]  # outward
     length: Array[Floats, "n_w"]  # [m]
     solids: Solids
+    faces: Faces
     apart: Array[Ints, "n_e"]  # pairs of bodies that do not collide, ``pair_code``, ascending
 
 
@@ -99,6 +101,8 @@ def shape_block(rows: Sequence[ShapeRow], apart: Sequence[tuple[int, int]] = ())
     planar = [row if row.kind != POLYHEDRON else None for row in rows]
     hulls = [np.asarray(row.vertices if row else (), dtype=float).reshape(-1, 2) for row in planar]
     sizes = {"n_s": len(rows), "n_x": len(rows[0].place) if rows else 3, "n_w": sum(map(len, hulls)), "n_e": len(apart)}
+    flat = [list(faces_of_row(row, hull)) for row, hull in zip(rows, hulls, strict=True)]
+    sizes |= {"n_g": sum(map(len, flat)), "n_l": sum(len(corners) for row in flat for _, corners in row)}
     shapes = new(Shapes, **sizes, **sizes_of_solids(rows))
     shapes.apart[:] = sorted(pair_code(a, b) for a, b in apart)
     first = 0
@@ -110,8 +114,38 @@ def shape_block(rows: Sequence[ShapeRow], apart: Sequence[tuple[int, int]] = ())
         fill_edges(shapes, slice(first, first + len(hull)), hull)
         first += len(hull)
     fill_solids(shapes.solids, rows)
+    fill_faces(shapes.faces, flat)
     shapes.rank[:] = ranks_of(rows)
     return shapes
+
+
+def faces_of_row(row: ShapeRow, hull: np.ndarray) -> Iterator[Face]:
+    """The plane faces of a shape; none where it is rounded."""
+    if row.radius > 0.0:
+        return
+    if len(row.place) == 3:
+        flat = np.column_stack((hull, np.zeros(len(hull))))
+        yield from [(np.array([0.0, 1.0, 0.0]), np.empty((0, 3)))] if row.kind == HALF_PLANE else faces_of_hull(flat)
+    elif row.kind == HALF_SPACE:
+        yield UP, np.empty((0, 3))
+    elif row.kind == BOX:
+        yield from faces_of_box(row.size)
+    elif row.kind == POLYHEDRON:
+        for loop in row.faces:
+            corners = np.asarray(row.vertices, dtype=float)[list(loop)]
+            yield normal_of(corners), corners
+
+
+def fill_faces(faces: Faces, flat: Sequence[Sequence[Face]]) -> None:
+    """Write the faces of all shapes."""
+    f, k = 0, 0
+    for s, row in enumerate(flat):
+        faces.first[s], faces.count[s] = f, len(row)
+        for normal, corners in row:
+            faces.normal[f], faces.first_corner[f], faces.corners[f] = normal, k, len(corners)
+            faces.height[f] = float((corners @ normal).mean()) if len(corners) else 0.0
+            faces.corner[k : k + len(corners)] = corners
+            f, k = f + 1, k + len(corners)
 
 
 def ranks_of(rows: Sequence[ShapeRow]) -> list[int]:

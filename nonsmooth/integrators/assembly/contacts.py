@@ -27,9 +27,10 @@ from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
-from nonsmooth.scenes.detection import FEATURE_BITS, Found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, SHAPE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
+SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
 CLOSED_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 
 
@@ -62,6 +63,8 @@ class Contacts(Block):
     point_before: Array[Floats, "m", "d"]
     is_taken: Array[Ints, "m"]  # whether a contact of this step goes on with it
     source: Array[Ints, "m"]  # of a contact of this step: which one of those it goes on with; -1: none
+    left_of: Array[Ints, "n_s"]  # of a shape: the first contact of the step before that none goes on with; -1: none
+    left: Array[Ints, "m", "2"]  # and behind such a one, those of its two shapes
 
 
 @kernel
@@ -110,6 +113,7 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     begin(bodies, network, 3)
     find_sources(found, network.n_c, contacts)
+    find_sources_on_neighbours(shapes, bodies, found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_planar(bodies, found, c, network)
@@ -134,6 +138,7 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     begin(bodies, network, 6)
     find_sources(found, network.n_c, contacts)
+    find_sources_on_neighbours(shapes, bodies, found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_spatial(bodies, found, c, network)
@@ -212,6 +217,63 @@ def take_nearest(found, begin, end, first, last, contacts):
                     least, contacts.source[c] = square, at
         if contacts.source[c] >= 0:
             contacts.is_taken[contacts.source[c]] = 1
+
+
+@kernel
+def find_sources_on_neighbours(shapes, bodies, found, n_c, contacts):
+    """What slides from one shape to the next, with the same normal, goes on with what it had on that."""
+    n_left = list_left(contacts)
+    if n_left == 0:
+        return
+    moves = bodies.motion.moves
+    for c in range(n_c):
+        if contacts.source[c] < 0 and found.key[c] < FIRST_JOINT:
+            for side in range(2):
+                s = found.shape_i[c] if side == 0 else found.shape_j[c]
+                if contacts.source[c] < 0 and moves[shapes.body[s]] == 1:
+                    take_left(found, c, s, contacts)
+
+
+@kernel
+def list_left(contacts):
+    """List by shapes the contacts of the step before that none goes on with; how many."""
+    n = 0
+    for s in range(contacts.left_of.shape[0]):
+        contacts.left_of[s] = -1
+    for at in range(contacts.n_before):
+        if contacts.is_taken[at] == 0 and contacts.key_before[at] < FIRST_JOINT:
+            for side in range(2):
+                s = shape_of_key(contacts.key_before[at], side)
+                contacts.left[at, side] = contacts.left_of[s]
+                contacts.left_of[s] = at
+            n += 1
+    return n
+
+
+@kernel
+def shape_of_key(key, side):
+    """The first or the second shape of a key."""
+    pair = key >> FEATURE_BITS
+    return pair >> SHAPE_BITS if side == 0 else pair & NO_SHAPE
+
+
+@kernel
+def take_left(found, c, s, contacts):
+    """Contact c of shape s goes on with the nearest of those that are left of it, with its normal."""
+    least, best, at = inf, -1, contacts.left_of[s]
+    while at >= 0:
+        square, turn = 0.0, 0.0
+        for k in range(found.point.shape[1]):
+            way, change = (
+                found.point[c, k] - contacts.point_before[at, k],
+                found.normal[c, k] - contacts.normal_before[at, k],
+            )
+            square, turn = square + way * way, turn + change * change
+        if square < least and turn <= SAME_NORMAL * SAME_NORMAL and contacts.is_taken[at] == 0:
+            least, best = square, at
+        at = contacts.left[at, 0 if shape_of_key(contacts.key_before[at], 0) == s else 1]
+    if best >= 0:
+        contacts.source[c], contacts.is_taken[best] = best, 1
 
 
 @kernel

@@ -26,7 +26,7 @@ from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import turn_by, write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, Found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, Found, move_found
 from nonsmooth.scenes.shape_rows import Shapes
 
 
@@ -76,15 +76,6 @@ def leave_out_joined(joints_at, shapes_at, found_at, n):
                 move_found(found, c, left)
             left += 1
     return left
-
-
-@kernel
-def move_found(found, c, to):
-    """Put a contact in the place of another."""
-    found.shape_i[to], found.shape_j[to] = found.shape_i[c], found.shape_j[c]
-    found.key[to], found.gap[to] = found.key[c], found.gap[c]
-    for k in range(found.normal.shape[1]):
-        found.normal[to, k], found.point[to, k] = found.normal[c, k], found.point[c, k]
 
 
 @kernel

@@ -49,6 +49,7 @@ class Places(Block):
     held: int
     doubts: int
     pairs: int
+    links: int
 
 
 class Counts(Block):
@@ -117,6 +118,7 @@ class Progress(Block):
     is_examined: int  # whether some were doubtful
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
+    has_faces: int  # whether several shapes have plane faces, which may hide one another
     is_resting: int  # whether the last step changed nothing: the next one of its length would be the same
     dt_at_rest: float  # its length [s]
     dt: float

@@ -20,6 +20,7 @@ from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_d
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.held_closed import hold_closed
+from nonsmooth.integrators.assembly.hidden import leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
@@ -227,6 +228,8 @@ def find_among_awake(progress, places, network, d):
         if n + joints.count + asleep.n_c > found.gap.shape[0]:
             progress.wanted = n + joints.count + asleep.n_c
             return MORE_CONTACTS
+        if progress.has_faces == 1:
+            n = leave_out_hidden(places.shapes, places.motion, places.joints, places.links, places.found, n)
         if joints.count > 0:
             left = leave_out_joined(places.joints, places.shapes, places.found, n)
             n = add_joints(joints, bodies.motion, found, left)

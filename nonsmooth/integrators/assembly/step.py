@@ -25,6 +25,7 @@ from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_d
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.held_closed import hold_closed
+from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
@@ -98,6 +99,7 @@ PLACES = (
     "held",
     "doubts",
     "pairs",
+    "links",
 )
 
 # defined: blocks that a step takes something from that the step before left
@@ -152,6 +154,11 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
 
 
+def may_hide(shapes: Shapes) -> bool:
+    """Whether several shapes have plane faces: a seam has two, and a third one meets it."""
+    return int((shapes.faces.count > 0).sum()) > 1 and len(shapes.body) > 2
+
+
 def contacts_of(shapes: Shapes, dim: int) -> tuple[Kernel, ...]:
     """What finds contacts of shapes that few scenes have."""
     if dim == 2:
@@ -189,7 +196,9 @@ class Assembly:
         self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
+        has_faces = may_hide(shapes)
         rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
+        rare += (leave_out_hidden,) if has_faces else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -199,6 +208,7 @@ class Assembly:
         progress = self.progress
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
+        progress.has_faces = has_faces
         progress.theta = theta
         bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
@@ -206,7 +216,7 @@ class Assembly:
         self.gravity = float(np.linalg.norm(bodies.gravity))
         self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
         self.fill = 10 * min(len(bodies.mass), 200) + 100
-        self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
+        self.contacts: Contacts = new(Contacts, m=0, n_s=n_s, d=self.dim)
         self.asleep: Asleep = new(Asleep, m=0, n_b=len(bodies.mass), d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.desks = Desks(1)
@@ -393,7 +403,8 @@ class Assembly:
         """Blocks for m contacts; the impulses of the step before are carried over."""
         d, n, n_b, before = self.dim, 3 * (self.dim - 1), len(self.bodies.mass), self.contacts
         self.found = new(Found, m=m, d=d)
-        self.contacts = new(Contacts, m=m, d=d)
+        self.contacts = new(Contacts, m=m, n_s=len(self.shapes.body), d=d)
+        self.links = new(Links, m=m, n_b=n_b)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
         held = {"m": m, "n_b": n_b} if self.joints.count else {"m": 0, "n_b": 0}
         self.held = new(Held, d=d, n=n, **held)

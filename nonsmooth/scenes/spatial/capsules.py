@@ -17,9 +17,9 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.detection import same_place
+from nonsmooth.scenes.rotation import cross
 from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, VERTEX_OF_J, between, note, note_place
 from nonsmooth.scenes.spatial.edges import crossing, perpendicular
-from nonsmooth.scenes.spatial.rotation import cross
 
 # chosen: sin^2 of two axes whose crossing is not looked for, since it is known to EPS/sin of their length only; the
 # ends of the overlap are as near to 1e-8 of that length

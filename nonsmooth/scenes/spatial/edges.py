@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.scenes.rotation import cross
 from nonsmooth.scenes.spatial.core import (
     EDGES,
     TWO_EDGES,
@@ -21,7 +22,6 @@ from nonsmooth.scenes.spatial.core import (
     note_place,
     vertex_at,
 )
-from nonsmooth.scenes.spatial.rotation import cross
 
 
 @rare_kernel

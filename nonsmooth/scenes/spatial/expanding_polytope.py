@@ -17,9 +17,9 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.scenes.rotation import cross
 from nonsmooth.scenes.spatial.core import between
 from nonsmooth.scenes.spatial.placement import MOST_GROWN, MOST_TRIANGLES
-from nonsmooth.scenes.spatial.rotation import cross
 from nonsmooth.scenes.spatial.support import difference
 
 # chosen: of the depth: what is left to be found, which the ascent from here finds (`separating_direction`)

@@ -11,13 +11,13 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.broad_phase import find_pairs
 from nonsmooth.scenes.detection import NOT_FINITE, Found, Motion, in_order, is_finite, key_of
+from nonsmooth.scenes.rotation import cross
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_SPACE, SPHERE, Shapes
 from nonsmooth.scenes.spatial.boxes import core_on_core
 from nonsmooth.scenes.spatial.capsules import capsule_on_capsule
 from nonsmooth.scenes.spatial.core import between, order_points, turn_over
 from nonsmooth.scenes.spatial.half_space import core_on_half_space
 from nonsmooth.scenes.spatial.placement import SpatialScratch, place_shapes
-from nonsmooth.scenes.spatial.rotation import cross
 from nonsmooth.scenes.spatial.solids import further_points, solid_contact
 from nonsmooth.scenes.spatial.spheres import sphere_on_core, sphere_on_sphere
 

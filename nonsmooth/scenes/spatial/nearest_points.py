@@ -13,7 +13,7 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.spatial.rotation import cross
+from nonsmooth.scenes.rotation import cross
 from nonsmooth.scenes.spatial.support import difference
 
 MOST_POINTS = 100  # measured: of support points, which are at most 40 of two ellipsoids of ratio 100

@@ -14,8 +14,8 @@ from typing import Annotated as Array
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new
 from nonsmooth.scenes.broad_phase import Grid
+from nonsmooth.scenes.rotation import composed, turned
 from nonsmooth.scenes.shape_rows import HALF_SPACE, Shapes
-from nonsmooth.scenes.spatial.rotation import composed, turned
 
 FACE_CORNERS = 8  # derived: the most of a box, 4, and of the rim of a cylinder
 MOST_GROWN = 128  # measured: points of a polytope of two cores, which are at most 100 of two ellipsoids to 1e-3
