@@ -23,7 +23,8 @@ NO_MOTION = 1e-13  # chosen: [SI units]: less is rounding of a system of the siz
 
 def suited(integrator: Any, is_chosen: bool, solution: Solution) -> Any:
     """The integrator with an atol for the size of this motion; None where its own will do, or was asked for."""
-    if not has_default_atol(integrator, is_chosen) or not len(solution.q):
+    is_known = "coordinates" in solution.recorded and len(solution.q) > 0
+    if not is_known or not has_default_atol(integrator, is_chosen):
         return None
     size = float(np.abs(solution.q).max(initial=0.0))
     if not np.isfinite(size) or size < NO_MOTION or integrator.atol <= TOLERATED * integrator.rtol * size:

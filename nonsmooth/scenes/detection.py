@@ -14,6 +14,7 @@ from nonsmooth.jit.blocks import Block, Floats, Ints
 
 SHAPE_BITS = 22  # chosen: of a key, for either shape: four million of them
 FEATURE_BITS = 19  # derived: of a key, what two shapes leave of 63
+LAST_FEATURE = (1 << FEATURE_BITS) - 1  # derived: the bits of a key that say what touches
 NO_SHAPE = (1 << SHAPE_BITS) - 1  # derived: the last number of a shape: in keys, that of joints
 FIRST_JOINT = NO_SHAPE << (SHAPE_BITS + FEATURE_BITS)  # derived: above the keys of all contacts
 # chosen: no line of an ordinary scene is across it: of two shapes alike the one that is farther back along it is asked

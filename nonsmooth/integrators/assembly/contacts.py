@@ -22,15 +22,16 @@ from nonsmooth.contact.network.joint import acts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import ask_of_guides
+from nonsmooth.integrators.assembly.landed import reach_to_touch
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import write_rows_spatial
+from nonsmooth.integrators.assembly.wandering import SAME_NORMAL, ask_of_wandering, match_start
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, SHAPE_BITS, Found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
-SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
 CLOSED_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 
 
@@ -63,6 +64,8 @@ class Contacts(Block):
     point_before: Array[Floats, "m", "d"]
     is_taken: Array[Ints, "m"]  # whether a contact of this step goes on with it
     source: Array[Ints, "m"]  # of a contact of this step: which one of those it goes on with; -1: none
+    n_start: int  # contacts at the places of the beginning of the step
+    at_start: Array[Ints, "m"]  # of a contact of this step: which one of those it is; -1: none
     left_of: Array[Ints, "n_s"]  # of a shape: the first contact of the step before that none goes on with; -1: none
     left: Array[Ints, "m", "2"]  # and behind such a one, those of its two shapes
 
@@ -86,11 +89,14 @@ def begin(bodies, network, n):
 
 
 @kernel
-def write_gap(bodies, found, c, dt, n, network):
+def write_gap(bodies, found, start, contacts, c, dt, network):
     """The gap at the beginning of the step, and what it asks of the normal velocity."""
     i, j, size = network.i[c], network.j[c], 0.0
-    for x in range(n):
-        found.gap[c] -= network.J_i[c, 0, x] * bodies.shift[i, x] + network.J_j[c, 0, x] * bodies.shift[j, x]
+    if contacts.at_start[c] >= 0:
+        found.gap[c] = start.gap[contacts.at_start[c]]
+    else:
+        for x in range(bodies.shift.shape[1]):
+            found.gap[c] -= network.J_i[c, 0, x] * bodies.shift[i, x] + network.J_j[c, 0, x] * bodies.shift[j, x]
     for k in range(found.point.shape[1]):
         size += abs(found.point[c, k]) + abs(bodies.x_0[i, k]) + abs(bodies.x_0[j, k])
     if abs(found.gap[c]) <= rounded_sum(CLOSED_ROUNDINGS, size):
@@ -106,18 +112,20 @@ def write_compliance(surfaces, found, c, dt, network):
     network.b[c, 0] = found.gap[c] / (dt + damping / k)
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
-def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
+@kernel("void(int64, int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, start_at, contacts_at, network_at, dt):
     """The rows of a planar step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
+    start = view(start_at, Found)
     begin(bodies, network, 3)
-    find_sources(found, network.n_c, contacts)
-    find_sources_on_neighbours(shapes, bodies, found, network.n_c, contacts)
+    find_all_sources(shapes, bodies, found, network.n_c, contacts)
+    match_start(bodies, shapes, found, start, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_planar(bodies, found, c, network)
-        write_gap(bodies, found, c, dt, 3, network)
+        reach_to_touch(bodies, shapes, found, network, c, dt)
+        write_gap(bodies, found, start, contacts, c, dt, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
         ask_of_guides(bodies, found, network, c, 2, dt)
@@ -129,20 +137,23 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
             n_x, n_y = found.normal[c, 0], found.normal[c, 1]
             p_x, p_y = contacts.P_before[at, 0], contacts.P_before[at, 1]
             network.P[c, 0], network.P[c, 1] = n_x * p_x + n_y * p_y, n_x * p_y - n_y * p_x
+        ask_of_wandering(bodies, start, contacts, network, c, dt)
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
-def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
+@kernel("void(int64, int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, start_at, contacts_at, network_at, dt):
     """The rows of a spatial step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
+    start = view(start_at, Found)
     begin(bodies, network, 6)
-    find_sources(found, network.n_c, contacts)
-    find_sources_on_neighbours(shapes, bodies, found, network.n_c, contacts)
+    find_all_sources(shapes, bodies, found, network.n_c, contacts)
+    match_start(bodies, shapes, found, start, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_spatial(bodies, found, c, network)
-        write_gap(bodies, found, c, dt, 6, network)
+        reach_to_touch(bodies, shapes, found, network, c, dt)
+        write_gap(bodies, found, start, contacts, c, dt, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
         ask_of_guides(bodies, found, network, c, 3, dt)
@@ -154,6 +165,7 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
                 for k in range(3):
                     total += network.J_j[c, row, k] * contacts.P_before[at, k]
             network.P[c, row] = total
+        ask_of_wandering(bodies, start, contacts, network, c, dt)
 
 
 @kernel
@@ -168,10 +180,31 @@ def has_same_normal(found, contacts, c, at):
 @kernel
 def find_sources(found, n_c, contacts):
     """Which contact of the step before each one goes on with; both steps are in the order of their keys."""
-    key, before = found.key, contacts.key_before
+    leave_all(contacts)
+    take_by_pairs(found, n_c, contacts, True)
+    take_by_pairs(found, n_c, contacts, False)
+
+
+@kernel
+def find_all_sources(shapes, bodies, found, n_c, contacts):
+    """The same, with what slid to another shape."""
+    leave_all(contacts)
+    take_by_pairs(found, n_c, contacts, True)
+    find_sources_on_neighbours(shapes, bodies, found, n_c, contacts)
+    take_by_pairs(found, n_c, contacts, False)
+
+
+@kernel
+def leave_all(contacts):
+    """None of the contacts of the step before is taken."""
     for at in range(contacts.n_before):
         contacts.is_taken[at] = 0
-    first, c = 0, 0
+
+
+@kernel
+def take_by_pairs(found, n_c, contacts, is_same):
+    """Contacts of each pair of shapes go on with those of the same key, or, of what is left, with the nearest."""
+    key, before, first, c = found.key, contacts.key_before, 0, 0
     while c < n_c:
         pair = key[c] >> FEATURE_BITS
         end = c
@@ -182,8 +215,10 @@ def find_sources(found, n_c, contacts):
         last = first
         while last < contacts.n_before and before[last] >> FEATURE_BITS == pair:
             last += 1
-        take_same(key, c, end, first, last, contacts)
-        take_nearest(found, c, end, first, last, contacts)
+        if is_same:
+            take_same(key, c, end, first, last, contacts)
+        else:
+            take_nearest(found, c, end, first, last, contacts)
         c, first = end, last
 
 
@@ -259,21 +294,17 @@ def shape_of_key(key, side):
 
 @kernel
 def take_left(found, c, s, contacts):
-    """Contact c of shape s goes on with the nearest of those that are left of it, with its normal."""
-    least, best, at = inf, -1, contacts.left_of[s]
+    """Contact c of shape s goes on with what is left of the same corner of it, with its normal."""
+    at = contacts.left_of[s]
     while at >= 0:
-        square, turn = 0.0, 0.0
-        for k in range(found.point.shape[1]):
-            way, change = (
-                found.point[c, k] - contacts.point_before[at, k],
-                found.normal[c, k] - contacts.normal_before[at, k],
-            )
-            square, turn = square + way * way, turn + change * change
-        if square < least and turn <= SAME_NORMAL * SAME_NORMAL and contacts.is_taken[at] == 0:
-            least, best = square, at
-        at = contacts.left[at, 0 if shape_of_key(contacts.key_before[at], 0) == s else 1]
-    if best >= 0:
-        contacts.source[c], contacts.is_taken[best] = best, 1
+        turn, key = 0.0, contacts.key_before[at]
+        for k in range(found.normal.shape[1]):
+            turn += (found.normal[c, k] - contacts.normal_before[at, k]) ** 2
+        is_same = (key ^ found.key[c]) & LAST_FEATURE == 0 and turn <= SAME_NORMAL * SAME_NORMAL
+        if is_same and contacts.is_taken[at] == 0:
+            contacts.source[c], contacts.is_taken[at] = at, 1
+            return
+        at = contacts.left[at, 0 if shape_of_key(key, 0) == s else 1]
 
 
 @kernel

@@ -25,7 +25,7 @@ from nonsmooth.integrators.assembly.joints import Joints, are_joined
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Ints, view
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import FEATURE_BITS, Found, Motion, exchange_found, key_of, move_found
+from nonsmooth.scenes.detection import LAST_FEATURE, Found, Motion, exchange_found, key_of, move_found
 from nonsmooth.scenes.faces import (
     along,
     angle_of,
@@ -47,7 +47,7 @@ FLUSH_OF_ROUND = 1e-4  # chosen: where a core is round: its nearest point is kno
 WAY_WITHIN = 1e-2
 ALIGNED = 1e-5  # chosen: of two normals that are one: above FLUSH/WAY_WITHIN
 SAME_BITS = 16 * EPS  # chosen: of two unit vectors that are one but for their rounding
-STEEPEST = 0.7071067811865476  # defined: sine of 45 degrees, up to which a corner of a is one upon a face of b
+STEEPEST_CORNER = 0.7071067811865476  # defined: sine of 45 degrees, up to which a corner of a is one upon a face of b
 NO_PAIR = -1  # code: end of a list
 
 
@@ -150,10 +150,15 @@ def is_behind(shapes, motion, links, found, c, a, b):
         return True
     is_corner = is_corner_of(found, c, a)
     is_upon = (
-        is_corner and moves_a == 1 and moves_b == 0 and not is_round(shapes, a) and angle_of(faces, f, u) < STEEPEST
+        is_corner
+        and moves_a == 1
+        and moves_b == 0
+        and not is_round(shapes, a)
+        and angle_of(faces, f, u) < STEEPEST_CORNER
     )
     if is_upon and angle_of(faces, f, u) > SAME_BITS and is_continued(shapes, motion, links, a, b, f, (p, m)):
         if turn_to_face(shapes, x, found, c, a, b, f):
+            number_as_one(shapes, motion, links, found, c, a, b, f)
             return False
     if moves_a == 0:
         n = list_near(shapes, motion, links, a, b, (p, flush), True)
@@ -206,7 +211,7 @@ def side_of(found, c, b):
 @kernel
 def is_corner_of(found, c, a):
     """Whether what touches of shape a is a corner, or round."""
-    feature = found.key[c] & ((1 << FEATURE_BITS) - 1)
+    feature = found.key[c] & LAST_FEATURE
     is_first = found.shape_i[c] == a
     if found.normal.shape[1] == 2:
         return (feature % 2 == 0) == is_first
@@ -325,7 +330,7 @@ def number_as_one(shapes, motion, links, found, c, a, b, f):
 
     Impulses under a face are not unique: the solvers find those that they come to first, in the order of the keys.
     """
-    is_first, key, feature = b == found.shape_i[c], found.key[c], found.key[c] & ((1 << FEATURE_BITS) - 1)
+    is_first, key, feature = b == found.shape_i[c], found.key[c], found.key[c] & LAST_FEATURE
     at = first_other(shapes, motion, links, a, b)
     while at != NO_PAIR:
         s = other_shape(shapes, motion, links, at, a, b, False)
