@@ -22,16 +22,15 @@ from nonsmooth.contact.network.joint import acts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import ask_of_guides
-from nonsmooth.integrators.assembly.landed import reach_to_touch
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import write_rows_spatial
-from nonsmooth.integrators.assembly.wandering import SAME_NORMAL, ask_of_wandering, match_start
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
 from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
+SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
 CLOSED_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 
 
@@ -64,8 +63,6 @@ class Contacts(Block):
     point_before: Array[Floats, "m", "d"]
     is_taken: Array[Ints, "m"]  # whether a contact of this step goes on with it
     source: Array[Ints, "m"]  # of a contact of this step: which one of those it goes on with; -1: none
-    n_start: int  # contacts at the places of the beginning of the step
-    at_start: Array[Ints, "m"]  # of a contact of this step: which one of those it is; -1: none
     left_of: Array[Ints, "n_s"]  # of a shape: the first contact of the step before that none goes on with; -1: none
     left: Array[Ints, "m", "2"]  # and behind such a one, those of its two shapes
 
@@ -89,14 +86,11 @@ def begin(bodies, network, n):
 
 
 @kernel
-def write_gap(bodies, found, start, contacts, c, dt, network):
+def write_gap(bodies, found, c, dt, network):
     """The gap at the beginning of the step, and what it asks of the normal velocity."""
     i, j, size = network.i[c], network.j[c], 0.0
-    if contacts.at_start[c] >= 0:
-        found.gap[c] = start.gap[contacts.at_start[c]]
-    else:
-        for x in range(bodies.shift.shape[1]):
-            found.gap[c] -= network.J_i[c, 0, x] * bodies.shift[i, x] + network.J_j[c, 0, x] * bodies.shift[j, x]
+    for x in range(bodies.shift.shape[1]):
+        found.gap[c] -= network.J_i[c, 0, x] * bodies.shift[i, x] + network.J_j[c, 0, x] * bodies.shift[j, x]
     for k in range(found.point.shape[1]):
         size += abs(found.point[c, k]) + abs(bodies.x_0[i, k]) + abs(bodies.x_0[j, k])
     if abs(found.gap[c]) <= rounded_sum(CLOSED_ROUNDINGS, size):
@@ -112,20 +106,17 @@ def write_compliance(surfaces, found, c, dt, network):
     network.b[c, 0] = found.gap[c] / (dt + damping / k)
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64, int64, float64)")
-def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, start_at, contacts_at, network_at, dt):
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
     """The rows of a planar step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
-    start = view(start_at, Found)
     begin(bodies, network, 3)
     find_all_sources(shapes, bodies, found, network.n_c, contacts)
-    match_start(bodies, shapes, found, start, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_planar(bodies, found, c, network)
-        reach_to_touch(bodies, shapes, found, network, c, dt)
-        write_gap(bodies, found, start, contacts, c, dt, network)
+        write_gap(bodies, found, c, dt, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
         ask_of_guides(bodies, found, network, c, 2, dt)
@@ -137,23 +128,19 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, start_at,
             n_x, n_y = found.normal[c, 0], found.normal[c, 1]
             p_x, p_y = contacts.P_before[at, 0], contacts.P_before[at, 1]
             network.P[c, 0], network.P[c, 1] = n_x * p_x + n_y * p_y, n_x * p_y - n_y * p_x
-        ask_of_wandering(bodies, start, contacts, network, c, dt)
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64, int64, float64)")
-def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, start_at, contacts_at, network_at, dt):
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
     """The rows of a spatial step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
-    start = view(start_at, Found)
     begin(bodies, network, 6)
     find_all_sources(shapes, bodies, found, network.n_c, contacts)
-    match_start(bodies, shapes, found, start, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_spatial(bodies, found, c, network)
-        reach_to_touch(bodies, shapes, found, network, c, dt)
-        write_gap(bodies, found, start, contacts, c, dt, network)
+        write_gap(bodies, found, c, dt, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
         ask_of_guides(bodies, found, network, c, 3, dt)
@@ -165,7 +152,6 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, start_at
                 for k in range(3):
                     total += network.J_j[c, row, k] * contacts.P_before[at, k]
             network.P[c, row] = total
-        ask_of_wandering(bodies, start, contacts, network, c, dt)
 
 
 @kernel

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from typing import Annotated as Array
 
-from nonsmooth.integrators.assembly.joints import Joints, are_joined
+from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Ints, view
 from nonsmooth.numerics.rounding import EPS
@@ -58,7 +58,7 @@ class Links(Block):
     shape_j: Array[Ints, "m"]
     following: Array[Ints, "m", "2"]  # the next pair of the body of shape i, and of shape j
     first: Array[Ints, "n_b"]  # of a body
-    joints: int  # address: what a joint holds together may overlap, and hides nothing
+    joined: Array[Ints, "n_b"]  # whether it has a joint: what joints hold together may overlap, and hides nothing
     near: Array[Ints, "m"]  # shapes that a point of a contact is in
     hidden: Array[Ints, "m"]  # of a contact: whether it cannot act
 
@@ -68,9 +68,10 @@ def leave_out_hidden(shapes_at, motion_at, joints_at, links_at, found_at, n):
     """Leave out the contacts that are hidden, of the first n, and turn the normals of corners upon flush faces; how
     many are left."""
     shapes, motion = view(shapes_at, Shapes), view(motion_at, Motion)
-    links, found = view(links_at, Links), view(found_at, Found)
+    links, found, joints = view(links_at, Links), view(found_at, Found), view(joints_at, Joints)
     link(shapes, motion, found, links, n)
-    links.joints = joints_at
+    for b in range(links.joined.shape[0]):
+        links.joined[b] = 1 if joints.count > 0 and joints.first[b] < joints.first[b + 1] else 0
     for c in range(n):
         links.hidden[c] = 1 if is_hidden(shapes, motion, links, found, c) else 0
     left = 0
@@ -229,8 +230,7 @@ def other_shape(shapes, motion, links, at, a, b, is_own):
         s = links.shape_i[pair] if side == 0 else links.shape_j[pair]
     if shapes.body[s] == shapes.body[a] or (is_own and shapes.body[s] != shapes.body[b]):
         return b
-    joints = view(links.joints, Joints)
-    if joints.count > 0 and are_joined(joints, shapes.body[s], shapes.body[b]):
+    if links.joined[shapes.body[s]] == 1 and links.joined[shapes.body[b]] == 1:
         return b
     return s if shapes.faces.count[s] > 0 else b
 

@@ -2,9 +2,9 @@
 
 The runs of a floor of pieces and of one floor have the same contacts, to rounding of the places of the pieces; what the
 contact problems leave of that are roundings, too, of islands that are solved exactly. 1e-9 m is asked for, 1e-8 m of
-ellipsoids, whose normal is known to 1e-6 at edges, and of pieces of unlike height. Where impulses of faces are not unique
-a rounding may find others: 1e-5 m of boxes that tumble in space. What spins upon loose pieces in space is not asked, nor
-ellipsoids on them, which have other rows there (docs/theory/scenes.md).
+ellipsoids, whose normal is known to 1e-6, and of pieces of unlike height. Where impulses of faces are not unique a
+rounding may find others: 1e-5 m of boxes that tumble in space. What spins upon loose pieces in space is not asked, nor
+are ellipsoids on them (docs/theory/scenes.md).
 """
 
 from __future__ import annotations
