@@ -33,6 +33,7 @@ LONG = [case for cases in GROUPS for case in cases(True) if case.name not in NAM
 
 
 @pytest.mark.parametrize("case", SMALL, ids=lambda case: case.name)
+@pytest.mark.filterwarnings("ignore::nonsmooth.ToleranceWarning")  # a motion of micrometres, within its bound
 def test_every_figure_is_within_its_bound(case):
     check(case)
 
