@@ -5,9 +5,9 @@ belong to the surface that a meets. They hide
 
     a face of b          m is its normal, and all ways from p within the face are in other shapes:
                          the end of the next tile in a row, the inner faces of an L, what lies behind a thin sheet
-    an edge or a corner  a face beside it is hidden, and b or another shape goes farther along m:
+    an edge or a corner  a face next to it is hidden, and b or another shape goes farther along m:
                          the edge of the next tile, which to a body on the row is no edge
-    a seam               a face beside it is hidden, m is the normal of another one, which goes on in the other shape,
+    a seam               a face next to it is hidden, m is the normal of another one, which goes on in the other shape,
                          and what touches is no corner of a: it rests on its corners
 
 and a corner of a upon a face of b has the normal of that face, not the one of a's face over it, where the face goes on

@@ -235,3 +235,27 @@ def test_a_foot_in_the_corner_of_a_block_and_the_floor_is_stopped():
     sol = ns.simulate(s, (0, 0.6), integrator=ns.MoreauJean(dt=1e-3))
     assert sol.penetration.max() <= 1e-3
     assert sol["rod"].position[:, 0].max() <= 0.4
+
+
+ROOF = {
+    "disc": (ns.Disc(0.1), (-0.8, 0.35), (2.5, 0.0)),
+    "box that rests on it": (ns.Box(0.4, 0.1), (0.03, 0.4), (0.0, 0.0)),
+    "box that slides up": (ns.Box(0.4, 0.1), (-0.8, 0.4), (2.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("body", ROOF)
+def test_a_ridge_between_two_pieces_still_acts(body):
+    """What two prisms hide of one another is their inner faces, and not the edge that stands out between them."""
+    shape, position, velocity = ROOF[body]
+    left, right = [(-2, -1), (0, -1), (0, 0.3), (-2, 0)], [(0, -1), (2, -1), (2, 0), (0, 0.3)]
+    ways = []
+    for pieces in ((left, right), ([(-2, -1), (2, -1), (2, 0), (0, 0.3), (-2, 0)],)):
+        s = ns.Scene(gravity=(0, -9.81), material=ns.Material(mu=0.3))
+        for corners in pieces:
+            s.fixed(ns.Polygon(corners))
+        s.body(shape, mass=1.0, position=position, velocity=velocity, name="b")
+        sol = ns.simulate(s, (0, 0.8), integrator=ns.MoreauJean(dt=1e-3))
+        assert sol.penetration.max() <= 1e-5
+        ways.append(sol["b"].position)
+    assert np.abs(ways[0] - ways[1]).max() <= SAME
