@@ -92,7 +92,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def book_energy(sys, dt, theta, is_implicit, n_k, state, work):
     """No energy is booked."""
-    return 0.0, 0.0
+    return 0.0, 0.0, 0.0
 
 
 def note_paradoxes(sys, t, dt, n_k, state, scratch):

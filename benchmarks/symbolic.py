@@ -55,7 +55,8 @@ def chain(n: int, relative: bool = False) -> Any:
     import nonsmooth as ns
 
     l = ns.lagrangian(f"{'relative ' if relative else ''}chain of {n} links")
-    th = l.coordinates(" ".join(f"th{k + 1}" for k in range(n)), unit="rad")
+    named = l.coordinates(" ".join(f"th{k + 1}" for k in range(n)), unit="rad")
+    th = named if n > 1 else (named,)
     m, a, I, g, mu, e = l.parameters(m=(1.0, "kg"), a=(0.5, "m"), I=(0.02, "kg m^2"), g=(9.81, "m/s^2"), mu=0.3, e=0.4)
     joints, angle = [(sp.S.Zero, sp.S.Zero)], sp.S.Zero
     for k in range(n):

@@ -1,12 +1,14 @@
 """What a solver of  w = A z + b,  0 <= w _|_ z >= 0  hands back, and the measure by which it is judged.
 
-    residual = max_i |min(d_i z_i, w_i)| / min(s_i, max_i |b_i|),     s_i = |b_i| + sum_j |A_ij z_j|
+    residual = max_i |min(d_i z_i, w_i)| / max(min(s_i, b), eps b),     s_i = |b_i| + sum_j |A_ij z_j|,  b = max_i |b_i|
 
 with d_i = |A_ii|, or the norm of row i where A_ii = 0. A row is judged by the largest b and by its own summands, of
 which w_i is the sum: rows of unlike units do not hide one another (the row by row backward error; Higham, *Accuracy and
-Stability of Numerical Algorithms*, 2002, section 7.1). It vanishes at solutions only, has no unit and does not change
-when A, or b, or both are multiplied by a number. It is always computed from A, b and z alone: no solver's own statement
-of success is believed.
+Stability of Numerical Algorithms*, 2002, section 7.1). A row whose summands are all below a rounding eps = 2^-52 of the
+largest b holds nothing but rounding, as where mu la_N of an open contact is its friction bound: it is judged by that
+rounding, and a wrong one is seen where its summands are above 1e-26 of the largest b. The measure has no unit and does
+not change when A, or b, or both are multiplied by a number. It is always computed from A, b and z alone: no solver's
+own statement of success is believed.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.jit import kernel
+from nonsmooth.numerics.rounding import EPS
 from nonsmooth.views import Worded
 
 
@@ -119,8 +122,8 @@ def lcp_residual(n, A, b, z):
 
 @kernel
 def part_of(error, size, scale):
-    """By which part of its own summands, or of the largest b, a row is wrong."""
-    least = min(size, scale)
+    """By which part of its own summands, or of the largest b, a row is wrong; at least of a rounding of that."""
+    least = max(min(size, scale), EPS * scale)
     if error == 0.0:
         return 0.0
     return error / least if least > 0.0 else math.inf
@@ -150,7 +153,8 @@ def judge_sparse(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> float:
 
 def worst_part(error: np.ndarray, A: Any, b: np.ndarray, z: np.ndarray) -> float:
     """The largest part of its own summands, or of the largest b, by which a row is wrong: max of `part_of`."""
-    least = np.minimum(np.abs(b) + abs(A) @ np.abs(z), np.abs(b).max(initial=0.0))
+    scale = np.abs(b).max(initial=0.0)
+    least = np.maximum(np.minimum(np.abs(b) + abs(A) @ np.abs(z), scale), EPS * scale)
     wrong = error > 0.0
     with np.errstate(divide="ignore"):
         return float((error[wrong] / least[wrong]).max(initial=0.0)) if not np.isnan(error).any() else math.nan

@@ -89,3 +89,10 @@ def test_powers_of_two_in_rows_leave_a_residual_that_the_summands_decide():
     alone = [measure([[A[i, i]]], [b[i] + A[i] @ z - A[i, i] * z[i]], [z[i]]) for i in range(5)]
     rows = 2.0 ** np.array([-60, -20, 0, 30, 50])
     assert measure(rows[:, None] * A, rows * b, z) > 0.1 * min(alone) > 0.0
+
+
+def test_a_row_of_nothing_but_rounding_is_judged_by_the_rounding_of_the_largest_b():
+    """The friction bound mu la_N of an open contact is 0; solvers leave it at rounding, or at the square of that."""
+    for left in (1e-31, 1e-27):
+        assert measure([[1.0, 0.0], [0.0, 1.0]], [-1.0, 0.0], [1.0, left]) < 1e-10
+    assert measure([[1.0, 0.0], [0.0, 1.0]], [-1.0, 0.0], [1.0, 1e-20]) > 1e-10
