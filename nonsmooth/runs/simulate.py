@@ -32,7 +32,7 @@ from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live
-from nonsmooth.runs.size_of_motion import coarse, suited, taken_again
+from nonsmooth.runs.size_of_motion import coarse, steps_again, suited, taken_again
 from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import OF_SCENE, OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
@@ -295,6 +295,7 @@ def simulate(
         again = simulate(
             system, t_span, q_0, u_0, integrator=finer, every=every, t_eval=t_eval, selection=selection,
             project=project, on_failure="return", max_wall_time=max_wall_time, record=record,
+            max_steps=steps_again(system, solution),
         )  # fmt: skip
         if again.success:
             again.about["chosen"] = "; ".join([*([reason] if reason else []), taken_again(method, again)])
