@@ -217,7 +217,8 @@ def is_linked_alone(library: Any) -> bool:
     """Whether compiled code calls nothing but what the linker knows in this process, and reads no array in place."""
     symbols = library._final_module.global_variables
     is_resolved = not any(symbol.name.startswith(UNRESOLVED) for symbol in symbols)
-    is_free = is_resolved and not library._dynamic_globals and not library._reload_init
+    # numba has _reload_init, of what runs in parallel, from 0.62 on
+    is_free = is_resolved and not library._dynamic_globals and not getattr(library, "_reload_init", None)
     return is_free and all(KNOWN_SYMBOLS.match(name) or llvm.address_of_symbol(name) for name in declared(library))
 
 
