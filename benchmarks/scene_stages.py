@@ -18,7 +18,8 @@ from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.progress import margin_of
 from nonsmooth.integrators.assembly.project import move_bodies_spatial
-from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
+from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import interpreted
 
 STAGES = ("predict", "find", "turn", "write", "prepare", "solve", "rescue", "judge", "move", "book")
@@ -56,14 +57,18 @@ class Stepper:
         places = at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network
         self.timed("write", write_contacts_spatial, *places, dt)
         self.timed("prepare", prepare_spatial, at.network)
+        wanders = at.bodies, at.found, at.contacts, at.network
+        self.timed("prepare", ask_of_wandering, *wanders, dt, assembly.solver.approach)
         held = at.bodies, at.found, at.network, at.solver
         self.timed("prepare", hold_closed, *held, dt, progress.tight)
         self.solve()
         self.timed("judge", judge_spatial, at.network)
-        moved = at.bodies, at.found, at.network, at.moves
+        moved = at.bodies, at.found, at.contacts, at.network, at.moves
         pushed = self.timed("move", move_bodies_spatial, *moved, dt, progress.theta, progress.tight)
         booked = at.bodies, at.found, at.contacts, at.network, at.moves, at.ledger
         self.timed("book", book_step, *booked, dt, pushed)
+        self.timed("book", note_held, *wanders)
+        interpreted(take_spins)(assembly.bodies, assembly.bodies.motion.v)
 
     def solve(self) -> None:
         """The contact problem, with as much room for factors as it wants; where it is not met, other solvers."""
@@ -73,7 +78,7 @@ class Stepper:
             assembly._make_solver()
         islands = assembly.network.islands
         if not islands.is_met[: int(islands.count)].all():
-            self.timed("rescue", rescue, assembly.network, assembly.tol)
+            self.timed("rescue", rescue, assembly.network, assembly.solver, assembly.tol)
 
 
 def print_stages(n: int, steps: int, options: dict[str, Any]) -> None:

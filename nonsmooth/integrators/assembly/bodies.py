@@ -26,6 +26,7 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     v_0: Array[Floats, "n_b", "n"]  # and velocities
     v_free: Array[Floats, "n_b", "n"]  # at its end, were there no contact; of guided ones at t = dt/2 (1 + lead)
     v_mid: Array[Floats, "n_b", "n"]  # and in its middle
+    spin: Array[Floats, "n_b", "moments"]  # in space: at the end of the step (spatial.py) [rad/s]
     gain: Array[Floats, "n_b", "n"]  # by which the velocity of a guided one changes in half a step
     gain_before: Array[Floats, "n_b", "n"]  # and in half of the step before, as it was told; NaN at the start
     lead: float  # 2 - 2 theta: by how much of half a step its velocities are ahead of its middle

@@ -22,6 +22,7 @@ from nonsmooth.contact.network.joint import acts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import ask_of_guides
+from nonsmooth.integrators.assembly.landed import is_ball
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
@@ -31,6 +32,7 @@ from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, LAST_FEATURE, 
 from nonsmooth.scenes.shape_rows import Shapes
 
 SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
+ROLLED_NORMAL = 0.1  # chosen: [rad] of a ball that goes over an edge from one shape to the next, in a step
 CLOSED_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 
 
@@ -61,9 +63,15 @@ class Contacts(Block):
     own_before: Array[Floats, "m", "d"]  # along normal and tangents
     normal_before: Array[Floats, "m", "d"]
     point_before: Array[Floats, "m", "d"]
+    arms_before: Array[Floats, "m", "2", "d"]  # from the centres of its bodies [m]
+    row_before: Array[Ints, "m"]  # which row of the step before it was
+    gamma_before: Array[Floats, "m", "d"]  # J v_1 along normal and tangents (wandering.py) [m/s]
+    slack: Array[Floats, "m"]  # velocity of approach up to which what was held does not land [m/s]
+    wander: Array[Floats, "m"]  # of b_N, what the rows of a contact that is held turn by (wandering.py) [m/s]
     is_taken: Array[Ints, "m"]  # whether a contact of this step goes on with it
+    held: Array[Ints, "m"]  # of a contact of this step: which one of those had its rows (wandering.py); -1: none
     source: Array[Ints, "m"]  # of a contact of this step: which one of those it goes on with; -1: none
-    left_of: Array[Ints, "n_s"]  # of a shape: the first contact of the step before that none goes on with; -1: none
+    left_of: Array[Ints, "n_s"]  # of a shape: its first contact of the step before; -1: none
     left: Array[Ints, "m", "2"]  # and behind such a one, those of its two shapes
 
 
@@ -176,6 +184,8 @@ def find_all_sources(shapes, bodies, found, n_c, contacts):
     """The same, with what slid to another shape."""
     leave_all(contacts)
     take_by_pairs(found, n_c, contacts, True)
+    for c in range(n_c):
+        contacts.held[c] = contacts.source[c]
     find_sources_on_neighbours(shapes, bodies, found, n_c, contacts)
     take_by_pairs(found, n_c, contacts, False)
 
@@ -243,32 +253,27 @@ def take_nearest(found, begin, end, first, last, contacts):
 @kernel
 def find_sources_on_neighbours(shapes, bodies, found, n_c, contacts):
     """What slides from one shape to the next, with the same normal, goes on with what it had on that."""
-    n_left = list_left(contacts)
-    if n_left == 0:
-        return
+    list_before(contacts)
     moves = bodies.motion.moves
     for c in range(n_c):
         if contacts.source[c] < 0 and found.key[c] < FIRST_JOINT:
             for side in range(2):
                 s = found.shape_i[c] if side == 0 else found.shape_j[c]
                 if contacts.source[c] < 0 and moves[shapes.body[s]] == 1:
-                    take_left(found, c, s, contacts)
+                    take_left(found, c, s, is_ball(shapes, s, found.normal.shape[1]), contacts)
 
 
 @kernel
-def list_left(contacts):
-    """List by shapes the contacts of the step before that none goes on with; how many."""
-    n = 0
+def list_before(contacts):
+    """List by shapes the contacts of the step before."""
     for s in range(contacts.left_of.shape[0]):
         contacts.left_of[s] = -1
     for at in range(contacts.n_before):
-        if contacts.is_taken[at] == 0 and contacts.key_before[at] < FIRST_JOINT:
+        if contacts.key_before[at] < FIRST_JOINT:
             for side in range(2):
                 s = shape_of_key(contacts.key_before[at], side)
                 contacts.left[at, side] = contacts.left_of[s]
                 contacts.left_of[s] = at
-            n += 1
-    return n
 
 
 @kernel
@@ -279,14 +284,17 @@ def shape_of_key(key, side):
 
 
 @kernel
-def take_left(found, c, s, contacts):
-    """Contact c of shape s goes on with what is left of the same corner of it, with its normal."""
-    at = contacts.left_of[s]
+def take_left(found, c, s, is_round, contacts):
+    """Contact c of shape s goes on with what is left of the same corner of it, with its normal, or of a ball; where
+    another one took that, it has its rows."""
+    at, widest = contacts.left_of[s], ROLLED_NORMAL if is_round else SAME_NORMAL
     while at >= 0:
         turn, key = 0.0, contacts.key_before[at]
         for k in range(found.normal.shape[1]):
             turn += (found.normal[c, k] - contacts.normal_before[at, k]) ** 2
-        is_same = (key ^ found.key[c]) & LAST_FEATURE == 0 and turn <= SAME_NORMAL * SAME_NORMAL
+        is_same = (is_round or (key ^ found.key[c]) & LAST_FEATURE == 0) and turn <= widest * widest
+        if is_same:
+            contacts.held[c] = at
         if is_same and contacts.is_taken[at] == 0:
             contacts.source[c], contacts.is_taken[at] = at, 1
             return
@@ -304,6 +312,7 @@ def keep_contact(found, network, c, d, contacts):
             total += network.J_j[c, row, k] * network.P[c, row]
         contacts.P_before[at, k], contacts.own_before[at, k] = total, network.P[c, k]
         contacts.point_before[at, k], contacts.normal_before[at, k] = found.point[c, k], found.normal[c, k]
+    contacts.row_before[at] = c
     contacts.n_before = at + 1
 
 
@@ -322,7 +331,11 @@ def keep_impulses(bodies, found, network, d, contacts):
 def impulse_before(contacts, at, to):
     """Put one of the impulses of the step before in the place of another."""
     contacts.key_before[to] = contacts.key_before[at]
+    contacts.row_before[to] = contacts.row_before[at]
     for k in range(contacts.P_before.shape[1]):
         contacts.P_before[to, k], contacts.own_before[to, k] = contacts.P_before[at, k], contacts.own_before[at, k]
         contacts.point_before[to, k] = contacts.point_before[at, k]
         contacts.normal_before[to, k] = contacts.normal_before[at, k]
+        contacts.gamma_before[to, k] = contacts.gamma_before[at, k]
+        for side in range(2):
+            contacts.arms_before[to, side, k] = contacts.arms_before[at, side, k]

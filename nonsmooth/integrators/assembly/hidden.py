@@ -22,6 +22,7 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.integrators.assembly.joints import Joints
+from nonsmooth.integrators.assembly.landed import is_ball
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Ints, view
 from nonsmooth.numerics.rounding import EPS
@@ -154,10 +155,11 @@ def is_behind(shapes, motion, links, found, c, a, b):
         is_corner
         and moves_a == 1
         and moves_b == 0
-        and not is_round(shapes, a)
-        and angle_of(faces, f, u) < STEEPEST_CORNER
+        and angle_of(faces, f, u) < (FLUSH_OF_ROUND if is_round(shapes, a) else STEEPEST_CORNER)
     )
     if is_upon and angle_of(faces, f, u) > SAME_BITS and is_continued(shapes, motion, links, a, b, f, (p, m)):
+        if is_round(shapes, a):
+            return True  # it is over the face of the other shape
         if turn_to_face(shapes, x, found, c, a, b, f):
             number_as_one(shapes, motion, links, found, c, a, b, f)
             return False
@@ -176,6 +178,8 @@ def is_behind(shapes, motion, links, found, c, a, b):
         s = links.near[k]
         if goes_beyond(faces, s, to_shape(shapes, x, s, p), in_shape(shapes, x, s, m), slack):
             return True
+        if is_ball(shapes, a, found.normal.shape[1]) and moves_b + motion.moves[shapes.body[s]] == 0 and s < b:
+            return True  # the same point of a ridge, which s has
     return False
 
 

@@ -36,7 +36,7 @@ from nonsmooth.integrators.assembly.energy_limit import note_landing
 from nonsmooth.integrators.assembly.landed import go_on
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.project import normal_velocity
-from nonsmooth.integrators.assembly.spatial import write_rows_spatial
+from nonsmooth.integrators.assembly.spatial import take_spins, write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import Found
@@ -68,6 +68,7 @@ def mark_impacts(bodies, found, contacts, network, dt, n):
         if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0:
             gamma_0, _ = normal_velocity(network, c, bodies.v_0, n)
             gamma_free, _ = normal_velocity(network, c, bodies.v_free, n)
+            gamma_0, gamma_free = gamma_0 - contacts.wander[c], gamma_free + contacts.wander[c]
             gamma_minus = approach(found.gap[c], gamma_0, gamma_free, dt)
             if -contacts.e[c] * gamma_minus > slowest:
                 gamma_l, _ = normal_velocity(network, c, network.v, n)
@@ -124,6 +125,7 @@ def begin_impact_spatial(bodies_at, shapes_at, found_at, contacts_at, network_at
     count = mark_impacts(bodies, found, contacts, network, dt, 6)
     if count > 0:
         note_landing(bodies, contacts, network, 3)
+        take_spins(bodies, network.v)
         write_impact(bodies, shapes, found, contacts, network, dt, 3)
         for c in range(network.n_c):
             write_rows_spatial(bodies, found, c, network)

@@ -23,7 +23,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.planar import write_rows_planar
-from nonsmooth.integrators.assembly.spatial import turn_by, write_rows_spatial
+from nonsmooth.integrators.assembly.spatial import cross, turn_by, write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, Found, move_found
@@ -116,13 +116,14 @@ def place_joint(joints, motion, found, c):
 
 @kernel
 def turn_of_arm(bodies, b, arm, k, d):
-    """omega x (r - r_0): the velocity that an arm gains from the beginning of the step to where its rows are."""
+    """omega x r - omega_0 x r_0: what the end of an arm gains from the beginning of the step to where its rows are."""
     before, now, v = arm_at(bodies.x_0, b, arm, k), arm_at(bodies.motion.x, b, arm, k), bodies.v_0
-    r_0, r_1, r_2 = now[0] - before[0], now[1] - before[1], now[2] - before[2]
     if d == 2:
-        return -v[b, 2] * r_1, v[b, 2] * r_0, 0.0
-    o_0, o_1, o_2 = v[b, 3], v[b, 4], v[b, 5]
-    return o_1 * r_2 - o_2 * r_1, o_2 * r_0 - o_0 * r_2, o_0 * r_1 - o_1 * r_0
+        return -v[b, 2] * (now[1] - before[1]), v[b, 2] * (now[0] - before[0]), 0.0
+    start = v if bodies.motion.moves[b] == 0 else bodies.motion.v
+    a = cross(v[b, 3], v[b, 4], v[b, 5], now[0], now[1], now[2])
+    e = cross(start[b, 3], start[b, 4], start[b, 5], before[0], before[1], before[2])
+    return a[0] - e[0], a[1] - e[1], a[2] - e[2]
 
 
 @kernel

@@ -12,6 +12,7 @@ length. Its impulses are then those it fell asleep with. No bit of it differs fr
 
 from __future__ import annotations
 
+from math import nan
 from typing import Annotated as Array
 from typing import NamedTuple
 
@@ -259,6 +260,8 @@ def take_impulse(contacts, asleep, row, to):
             total += asleep.frame[row, a, k] * asleep.own[row, a]
         contacts.P_before[to, k], contacts.own_before[to, k] = total, asleep.own[row, k]
         contacts.point_before[to, k], contacts.normal_before[to, k] = asleep.point[row, k], asleep.normal[row, k]
+        contacts.gamma_before[to, k] = 0.0
+        contacts.arms_before[to, 0, k] = contacts.arms_before[to, 1, k] = nan  # it has not run anywhere
 
 
 @kernel

@@ -5,11 +5,15 @@ the body, I the principal moments and cay the Cayley map, a rotation by 2 atan(d
 
     omega = I^-1 (Pi_0 + Pi_1)/2,    Pi_1 = cay(-dt omega) Pi_0,    R_1 = R_0 cay(dt omega)
 
-so that L = R Pi is kept to rounding, and so is the energy Pi.I^-1 Pi/2, however long the step. That is the quadratic
-equation I omega + dt/2 omega x I omega = Pi_0, solved by Newton's method; its iteration as a fixed point contracts by
-dt |omega|/2 times the ratio of the moments, and a rod of 1 : 30 diverges from 0.1 rad a step on. Where Newton's method
-finds no solution, in some steps of more than a radian, the body turns about L by the part of omega along it, which
-keeps both too. Source: Austin, Krishnaprasad and Wang, *J. Comput. Phys.* 107 (1993) 105-117.
+so that L = R Pi is kept to rounding, and so is the energy Pi.I^-1 Pi/2, however long the step. A body turns freely to
+where its contacts are looked for, in the middle of the step or at its beginning (bodies.py); there impulses change its
+momenta, and from there it turns freely to the end of the step: they do the work P.J (v_0 + v_1)/2 and no other.
+
+The mid-point rule is the quadratic equation I omega + dt/2 omega x I omega = Pi_0, solved by Newton's method; its
+iteration as a fixed point contracts by dt |omega|/2 times the ratio of the moments, and a rod of 1 : 30 diverges from
+0.1 rad a step on. Where Newton's method finds no solution, in some steps of more than a radian, the body turns about L
+by the part of omega along it, which keeps both too. Source: Austin, Krishnaprasad and Wang, *J. Comput. Phys.* 107
+(1993) 105-117.
 """
 
 from __future__ import annotations
@@ -111,10 +115,9 @@ def middle_of_rotation(I, start, h):
 
 
 @kernel
-def rotate_freely(bodies, b, dt):
-    """omega at the middle and at the end of a free step of body b, in the axes of the world."""
+def rotate_freely(bodies, b, o_0, o_1, o_2, dt):
+    """omega at the middle and at the end of a free step of body b from its place, in the axes of the world."""
     I_0, I_1, I_2 = bodies.moments[b, 0], bodies.moments[b, 1], bodies.moments[b, 2]
-    o_0, o_1, o_2 = bodies.motion.v[b, 3], bodies.motion.v[b, 4], bodies.motion.v[b, 5]
     if (I_0 == I_1 and I_1 == I_2) or (o_0 == 0.0 and o_1 == 0.0 and o_2 == 0.0):
         return o_0, o_1, o_2, o_0, o_1, o_2
     x = bodies.motion.x
@@ -149,15 +152,66 @@ def predict_spatial_body(bodies, b, dt):
         gain = dt * g[k] if k < 3 and is_free else 0.0
         v_free[b, k] = v[b, k] + gain
         v_mid[b, k] = v[b, k] + 0.5 * gain
-    if is_free:
-        m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, dt)
-        v_mid[b, 3], v_mid[b, 4], v_mid[b, 5] = m_0, m_1, m_2
-        v_free[b, 3], v_free[b, 4], v_free[b, 5] = e_0, e_1, e_2
-        v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
     if bodies.motion.moves[b] == 0:
         lead_guide(bodies, b)
     shift_body(bodies, b, dt)
+    if is_free and bodies.keeps[b] == 1:
+        m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, v[b, 3], v[b, 4], v[b, 5], 0.5 * dt)
+        v_mid[b, 3], v_mid[b, 4], v_mid[b, 5] = m_0, m_1, m_2
+        v_free[b, 3], v_free[b, 4], v_free[b, 5] = e_0, e_1, e_2
+        v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
+        shift = bodies.shift
+        shift[b, 3], shift[b, 4], shift[b, 5] = 0.5 * dt * m_0, 0.5 * dt * m_1, 0.5 * dt * m_2
     move_spatial(bodies, b, 1.0, bodies.shift)
+
+
+@kernel
+def move_freely(bodies, b, v, dt, lands):
+    """Move a free body by its translation, and turn it on from where its contacts were looked for; v[b] is its velocity
+    there."""
+    move, shift = bodies.v_move, bodies.shift
+    move_spatial_by(
+        bodies, b, (dt * move[b, 0], dt * move[b, 1], dt * move[b, 2]), (shift[b, 3], shift[b, 4], shift[b, 5])
+    )
+    free, is_kept = bodies.v_free, bodies.keeps[b] == 1
+    is_struck = v[b, 3] != free[b, 3] or v[b, 4] != free[b, 4] or v[b, 5] != free[b, 5]
+    if is_struck and is_kept == lands:
+        turn_at_once(bodies, b, v, dt, 1.0 if lands else 0.5)
+        return
+    rest = 0.5 * dt if is_kept else dt
+    m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, v[b, 3], v[b, 4], v[b, 5], rest)
+    move_spatial_by(bodies, b, (0.0, 0.0, 0.0), (rest * m_0, rest * m_1, rest * m_2))
+    move[b, 3] = (shift[b, 3] + rest * m_0) / dt
+    move[b, 4] = (shift[b, 4] + rest * m_1) / dt
+    move[b, 5] = (shift[b, 5] + rest * m_2) / dt
+    bodies.spin[b, 0], bodies.spin[b, 1], bodies.spin[b, 2] = e_0, e_1, e_2
+
+
+@kernel
+def turn_at_once(bodies, b, v, dt, weight):
+    """Turn a body through the whole step as its centre goes, by the velocity after the impulses or by the mean.
+
+    That is so in the steps in which it begins to be held, or no longer is; its angular momentum is kept.
+    """
+    x, move, free = bodies.motion.x, bodies.v_move, bodies.v_free
+    I_0, I_1, I_2 = bodies.moments[b, 0], bodies.moments[b, 1], bodies.moments[b, 2]
+    p_0, p_1, p_2 = turn_back(x, b, v[b, 3], v[b, 4], v[b, 5])
+    L_0, L_1, L_2 = turn_by(x, b, I_0 * p_0, I_1 * p_1, I_2 * p_2)
+    for k in range(3, 7):
+        x[b, k] = bodies.x_0[b, k]
+    for k in range(3, 6):
+        move[b, k] = weight * v[b, k] + (1.0 - weight) * free[b, k]
+    move_spatial_by(bodies, b, (0.0, 0.0, 0.0), (dt * move[b, 3], dt * move[b, 4], dt * move[b, 5]))
+    p_0, p_1, p_2 = turn_back(x, b, L_0, L_1, L_2)
+    bodies.spin[b, 0], bodies.spin[b, 1], bodies.spin[b, 2] = turn_by(x, b, p_0 / I_0, p_1 / I_1, p_2 / I_2)
+
+
+@kernel
+def take_spins(bodies, v):
+    """Let the spins of free bodies in v be those at the end of the step."""
+    for b in range(bodies.mass.shape[0]):
+        if bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0:
+            v[b, 3], v[b, 4], v[b, 5] = bodies.spin[b, 0], bodies.spin[b, 1], bodies.spin[b, 2]
 
 
 @kernel
@@ -229,10 +283,16 @@ def write_rows_spatial(bodies, found, c, network):
 @kernel
 def move_spatial(bodies, b, dt, v):
     """Move body b by dt v and turn it by cay(dt omega), v (n_b, 6); the quaternion is made a unit one again."""
+    move_spatial_by(bodies, b, (dt * v[b, 0], dt * v[b, 1], dt * v[b, 2]), (dt * v[b, 3], dt * v[b, 4], dt * v[b, 5]))
+
+
+@kernel
+def move_spatial_by(bodies, b, way, turn):
+    """Move body b by a way and turn it by cay(turn)."""
     x = bodies.motion.x
     for k in range(3):
-        x[b, k] += dt * v[b, k]
-    h_0, h_1, h_2 = 0.5 * dt * v[b, 3], 0.5 * dt * v[b, 4], 0.5 * dt * v[b, 5]
+        x[b, k] += way[k]
+    h_0, h_1, h_2 = 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]
     if h_0 == 0.0 and h_1 == 0.0 and h_2 == 0.0:
         return
     w, r_0, r_1, r_2 = x[b, 3], x[b, 4], x[b, 5], x[b, 6]

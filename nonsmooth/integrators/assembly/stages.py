@@ -12,7 +12,7 @@ stages of this scheme: docs/theory/scenes.md.
 from __future__ import annotations
 
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
-from nonsmooth.contact.network.solve import solve_planar, solve_spatial
+from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
@@ -65,9 +65,9 @@ from nonsmooth.integrators.assembly.progress import (
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
-from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
-from nonsmooth.integrators.assembly.spins import keep_angular_momenta
+from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
 from nonsmooth.integrators.assembly.together import note_together
+from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
@@ -151,6 +151,7 @@ def take_step(progress, d):
         note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)
         progress.stage = PREDICT
+    note_held(places.bodies, places.found, places.contacts, places.network)
     if progress.is_missed == 1:
         progress.is_missed = 0
         progress.counts.missed += 1
@@ -198,6 +199,8 @@ def find(progress, places, network, d):
         )
     hold(places, 0)
     prepare(places, d)
+    approach = view(places.solver, Solver).approach
+    ask_of_wandering(places.bodies, places.found, places.contacts, places.network, dt, approach)
     hold_closed(places.bodies, places.found, places.network, places.solver, dt, progress.tight)
     return DONE
 
@@ -290,16 +293,21 @@ def move(progress, places, network, d):
     deepest, dt = min(deepest_gap(view(places.found, Found), network.n_c), asleep.deepest), progress.dt
     bodies, found, theta = places.bodies, places.found, progress.theta
     if d == 2:
-        is_pushed = move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, progress.tight)
+        is_pushed = move_bodies_planar(
+            bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
+        )
     else:
-        is_pushed = move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, progress.tight)
-    if d == 3 and view(places.joints, Joints).count > 0:
-        keep_angular_momenta(places.joints, bodies, places.network)
+        is_pushed = move_bodies_spatial(
+            bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
+        )
     note_step(network, asleep, deepest, progress)
     if progress.may_sleep == 1:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
     book_by_pairs(places, 0)
+    if d == 3:
+        of_bodies = view(bodies, Bodies)
+        take_spins(of_bodies, of_bodies.motion.v)
     note_turns(view(bodies, Bodies), view(places.shapes, Shapes), network, dt, progress)
 
 

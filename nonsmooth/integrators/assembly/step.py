@@ -54,8 +54,8 @@ from nonsmooth.integrators.assembly.progress import (
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
-from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
+from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import Kernel, interpreted, load_all
 from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.situation import largest_closed_gap
@@ -136,7 +136,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
         ]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
         others += [leave_out_joined, write_joints, draw_together] if has_joints else []
-        others += [*rare, hold_closed, let_sleep, book_step]
+        others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, tuple(others))
     others = [
         predict_spatial,
@@ -148,9 +148,9 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
         judge_spatial,
     ]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
-    others += [leave_out_joined, write_joints, draw_together, keep_angular_momenta] if has_joints else []
+    others += [leave_out_joined, write_joints, draw_together] if has_joints else []
     others += rare
-    others += [move_bodies_spatial, hold_closed, let_sleep, book_step]
+    others += [move_bodies_spatial, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
 
 

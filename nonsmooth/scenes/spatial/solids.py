@@ -24,7 +24,8 @@ from nonsmooth.scenes.spatial.nearest_points import nearest_points
 from nonsmooth.scenes.spatial.overlay import overlay
 from nonsmooth.scenes.spatial.placement import SpatialScratch
 from nonsmooth.scenes.spatial.round_solids import solid_on_half_space, sphere_on_cylinder
-from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, separating_direction
+from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, best_face, separating_direction
+from nonsmooth.scenes.spatial.support import support
 from nonsmooth.scenes.spatial.turned_faces import contact_axes, turned_face
 
 
@@ -101,8 +102,15 @@ def has_corners(kind):
 
 @rare_kernel
 def note_nearest(shapes, scratch, i, j, s, normal, n):
-    """Note the point between the nearest points of the cores, s apart along the normal; the new n."""
+    """Note the point between the nearest points of the cores, s apart along the normal; the new n. Upon a face that of
+    an ellipsoid follows from the normal to rounding: nearest points are known to 1e-7."""
     r_i, r_j, scale = shapes.radius[i], shapes.radius[j], shapes.reach[i] + shapes.reach[j]
+    for own, other, sign in ((i, j, 1.0), (j, i, -1.0)):
+        if shapes.kind[own] == ELLIPSOID and best_face(shapes, scratch, i, j, other, -sign)[1] == normal:
+            arm = support(shapes, scratch, own, sign * normal[0], sign * normal[1], sign * normal[2])
+            note(scratch.manifold, n, s - r_i - r_j, normal[0], normal[1], normal[2], NEAREST_POINTS)
+            note_place(scratch, n, own, arm[0], arm[1], arm[2], 0.5 * (sign * s + r_i - r_j))
+            return n + 1
     t = max(0.0, CLOSE * scale - s)
     nearest_points(shapes, scratch, i, j, (t * normal[0], t * normal[1], t * normal[2]), normal, scale, math.inf)
     point = scratch.simplex.point

@@ -48,10 +48,11 @@ def test_most_heaps_of_boxes_come_to_rest_and_sleep():
     assert resting >= 3
 
 
-def test_most_heaps_of_400_boxes_sleep_within_three_seconds():
-    """Their last penetrations, of 1e-7 m, are taken back in 100 to 200 steps, each solved to rounding by factors."""
+def test_every_other_heap_of_400_boxes_sleeps_within_three_seconds():
+    """Their last penetrations, of 1e-7 m, are taken back in 100 to 200 steps, each solved to rounding by factors. Of 24
+    heaps 11 to 13 do; which ones a rounding decides."""
     asleep = 0
-    for seed in (0, 1, 4, 12):
+    for seed in range(8):
         run = SceneRun(box_heap(seed, boxes=400, a_row=20), (0.0, DT), ns.MoreauJean(DT), 1, None)
         run.assembly.take_steps(DT, 1400)
         moving = run.assembly.bodies.motion.moves == 1

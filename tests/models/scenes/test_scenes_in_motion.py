@@ -124,7 +124,7 @@ def test_tippe_top_turns_over_and_keeps_jellett_s_integral(simulate):
         top = simulate(model, 1.5, dt)["top"]
         jellett = model.jellett(top.turn, top.spin)
         errors.append(np.abs(jellett / jellett[0] - 1).max())
-    assert errors[1] < 5e-3 and errors[0] / errors[1] == pytest.approx(2.0, rel=0.2)
+    assert errors[1] < 1e-6 and errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
     assert model.turns_over() and model.axis(top.turn)[0, 2] > 0.9 and model.axis(top.turn)[-1, 2] < -0.7
     assert top.position[-1, 2] > model.r > top.position[0, 2]
 
@@ -184,26 +184,27 @@ def test_spheres_end_in_their_box_with_their_weight_on_its_floor_and_walls(simul
 
 
 def test_eulers_disc_precesses_as_a_disc_that_rolls_on_its_rim(simulate):
-    """Steadily at the rate of the closed form; a run loses energy to its steps, of first order, and sinks with it."""
+    """Steadily at the rate of the closed form, to second order."""
     for tilt in (0.3, 0.1):
         model, errors = EulersDisc(tilt=tilt), []
         for dt in (1e-4, 5e-5):
             disc = simulate(model, 0.05, dt)["disc"]
             rate = abs(np.diff(model.azimuth(disc.turn)[[0, -1]])[0]) / 0.05
             errors.append(abs(rate / model.precession() - 1))
-        assert errors[1] < 4e-3 and errors[1] < 0.65 * errors[0]
+        assert errors[1] < 2e-5 and errors[1] < 0.3 * errors[0]
         assert np.abs(disc.position[:, :2]).max() < 1e-2 * model.r
 
 
 def test_eulers_disc_turns_the_faster_the_flatter_it_lies(simulate):
-    """Omega as alpha^(-1/2) along one run, in which steps lose the energy."""
-    model = EulersDisc(tilt=0.15)
-    solution = simulate(model, 0.6, 2e-4)
-    tilt, azimuth = model.tilt_of(solution["disc"].turn), model.azimuth(solution["disc"].turn)
-    pieces = np.array_split(np.arange(len(tilt)), 6)
-    rates = [abs(azimuth[k[-1]] - azimuth[k[0]]) / (solution.t[k[-1]] - solution.t[k[0]]) for k in pieces]
-    tilts = [tilt[k].mean() for k in pieces]
-    assert tilts[-1] < 0.85 * tilts[0]
+    """Omega as alpha^(-1/2) of discs that lie ever flatter; at 1 ms none sinks by more than 2 % in 0.6 s."""
+    tilts, rates = [0.15, 0.1, 0.05, 0.03], []
+    for tilt in tilts:
+        model = EulersDisc(tilt=tilt)
+        disc = simulate(model, 0.6, 1e-3)["disc"]
+        seen, azimuth = model.tilt_of(disc.turn), model.azimuth(disc.turn)
+        assert seen[-1] == pytest.approx(tilt, rel=0.02)
+        rates.append(abs(azimuth[-1] - azimuth[0]) / 0.6)
+        assert rates[-1] == pytest.approx(model.precession(), rel=0.02)
     assert np.polyfit(np.log(np.sin(tilts)), np.log(rates), 1)[0] == pytest.approx(-0.5, abs=0.03)
 
 
