@@ -8,9 +8,11 @@ import numpy as np
 
 from nonsmooth.results.recorded import EVENTS, LEDGER, chosen_kinds
 
-WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
+OF_ALL = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
+STEP = "step"  # defined: of "normal", what the steps take or give, where contacts are rigid (assembly/book.py)
+WORKS = (*OF_ALL, STEP)
 ENERGIES = ("kinetic", "potential")
-ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside WORKS
+ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside OF_ALL
 BODIES, CONTACTS, PAIRS = "bodies", "contacts", "pairs"
 UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
 KINDS = (*UNASKED, EVENTS, PAIRS)

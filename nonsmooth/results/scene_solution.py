@@ -77,8 +77,9 @@ class SceneSolution:
     ledger : dict of (n_t,) arrays [J]
         "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface"
         (what guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their
-        velocities). With compliant contacts also the energy in the springs, "elastic", and the work of the dampers,
-        "damping", which is a part of that by "normal" and "friction".
+        velocities); of "normal", "step" is what rigid contacts and joints took or gave that were pressed in the step
+        before too: an error of the steps, and no law. With compliant contacts also the energy in the springs,
+        "elastic", and the work of the dampers, "damping", which is a part of that by "normal" and "friction".
     events : SceneEvents
         Landings, partings, slips and sticks of pairs of bodies, where ``record=`` asked for them.
     pairs : ScenePairs

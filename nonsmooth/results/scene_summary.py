@@ -9,7 +9,7 @@ import numpy as np
 
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.results.scene_records import CONTACTS, LEDGER
+from nonsmooth.results.scene_records import CONTACTS, LEDGER, STEP
 from nonsmooth.results.summary import ENTRIES_SHOWN, counted_paradoxes, paradox_line
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.scene_stats import SceneStats
 
 ROUNDINGS_OF_ENERGY = 64  # chosen: of the largest energy or work, that a step may leave in the sum
+TOLD_OF_STEPS = 0.01  # chosen: of the largest energy or work, from which the work of the steps is said
 POWERS = ("force", "friction", "normal", "surface")  # defined: works that change the kinetic energy
 
 
@@ -139,9 +140,15 @@ def energy(solution: SceneSolution) -> list[str]:
     change = changes(solution)
     largest = max(float(np.abs(solution.ledger[name]).max(initial=0.0)) for name in ("kinetic", *POWERS))
     is_rounding = abs(rest_of(change)) <= ROUNDINGS_OF_ENERGY * EPS * max(1, solution.stats.steps) * largest
+    of_steps, most = np.abs(solution.ledger[STEP]).max(initial=0.0), TOLD_OF_STEPS * largest
+    told = [
+        f"  of the work of normals {change[STEP]:+.3g} J is that of the steps, on what is held and goes over a body: "
+        f"more than {TOLD_OF_STEPS:.0%} of the energy, which no law takes; a smaller dt ends this"
+    ]
     return [
         balance(change, "rounding" if is_rounding else "the error of the steps, less with a smaller dt"),
         f"  bodies moved beside their velocities: {change['projection']:+.3g} J of gravity",
+        *(told if of_steps > most else []),
     ]
 
 

@@ -16,7 +16,7 @@ from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit import running_time
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.scene_paradoxes import no_rows
-from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, PAIRS, WORKS
+from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, OF_ALL, PAIRS
 from nonsmooth.results.scene_stats import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
@@ -46,7 +46,7 @@ class SpringRun(SceneRun):
         For bodies that move as a function says.
     """
 
-    works = (*WORKS, ELASTIC, DAMPING)
+    works = (*OF_ALL, ELASTIC, DAMPING)
     what_is_deep = SOFT
     has_islands = False
     is_resumed = False

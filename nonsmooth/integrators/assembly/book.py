@@ -6,6 +6,10 @@ w is what fixed and guided bodies and running surfaces add to gamma. Free rotati
 has its angular velocity after that in the place of omega_0. What the bodies are moved beside dt vbar, with theta = 1 or
 out of a penetration, is work of gravity that no velocity shows: it has a column of its own. The work of joints, which
 is none but for what the method errs by, stands with that of normals.
+
+Of that, ``STEP_WORK`` is what the step itself takes or gives: all of joints, and of contacts that were closed and
+pressed in the step before too, to which no law of impact applies. It is 0 for what does not turn, and of second order
+for what is held as it wanders (wandering.py).
 """
 
 from __future__ import annotations
@@ -29,13 +33,16 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import Found
 
+STEP_WORK = N_LEDGER  # defined: column of the ledger of a scene, behind those of systems
+N_SCENE_LEDGER = N_LEDGER + 1  # derived: columns of it
+
 
 class Ledger(Block):
-    """Works since the start [J], in the columns of integrators/records.py."""
+    """Works since the start [J], in the columns of integrators/records.py, and that of the steps."""
 
-    work: Array[Floats, N_LEDGER]
-    before: Array[Floats, N_LEDGER]  # at the beginning of the step
-    landing: Array[Floats, N_LEDGER]  # of the contacts of the step alone, after its free motion
+    work: Array[Floats, N_SCENE_LEDGER]
+    before: Array[Floats, N_SCENE_LEDGER]  # at the beginning of the step
+    landing: Array[Floats, N_SCENE_LEDGER]  # of the contacts of the step alone, after its free motion
 
 
 @kernel
@@ -75,6 +82,16 @@ def book_contacts(bodies, network, v_before, d, n, work):
 
 
 @kernel
+def book_steps(bodies, contacts, network, d, n, work):
+    """The part of the work of normals that is none of a law."""
+    for c in range(network.n_c):
+        at = contacts.held[c]
+        if is_joint(network, c) or (network.P[c, 0] > 0.0 and at >= 0 and contacts.closed_before[at] == 1):
+            normal, _, _ = book_contact(bodies, network, c, bodies.v_0, d, n)
+            work[STEP_WORK] += normal
+
+
+@kernel
 def book_gravity(bodies, network, moves, dt, is_pushed, work):
     """The work of gravity on the velocities, and on what the bodies were moved beside them."""
     for b in range(bodies.mass.shape[0]):
@@ -111,9 +128,10 @@ def book(bodies, found, contacts, network, moves, ledger, dt, is_pushed):
     """Book the solved problem of a step, and keep its impulses as the start of the next one."""
     d = bodies.gravity.shape[0]
     n = 3 * (d - 1)
-    for column in range(N_LEDGER):
+    for column in range(N_SCENE_LEDGER):
         ledger.before[column] = ledger.work[column]
     book_contacts(bodies, network, bodies.v_0, d, n, ledger.work)
+    book_steps(bodies, contacts, network, d, n, ledger.work)
     book_gravity(bodies, network, moves, dt, is_pushed, ledger.work)
     add_impulses(contacts, network, d, True)
     keep_impulses(bodies, found, network, d, contacts)
@@ -133,7 +151,7 @@ def book_landing(bodies_at, network_at, ledger_at):
     """What the contacts of a step take from its free motion, before they rebound."""
     bodies, network, ledger = view(bodies_at, Bodies), view(network_at, Network), view(ledger_at, Ledger)
     d = bodies.gravity.shape[0]
-    for column in range(N_LEDGER):
+    for column in range(N_SCENE_LEDGER):
         ledger.landing[column] = 0.0
     book_contacts(bodies, network, network.v_free, d, 3 * (d - 1), ledger.landing)
 

@@ -208,3 +208,23 @@ def test_the_second_impact_of_a_rocking_block_is_where_housner_has_it():
     crossings = [sol.t[k] + 1e-3 * turn[k] / (turn[k] - turn[k + 1]) for k in np.flatnonzero(turn[1:] * turn[:-1] < 0)]
     assert crossings[0] == pytest.approx(first, abs=1e-4)
     assert crossings[1] == pytest.approx(first + flight, abs=4e-3)
+
+
+def test_the_ledger_has_what_the_steps_take_and_the_summary_says_where_it_is_much():
+    """A disc that wobbles: at 5 ms a step is a fifth of a radian, in which its rows do not turn evenly."""
+    fine, coarse = run(wobbling_disc(0.0), 0.5, 1e-3), run(wobbling_disc(0.0), 0.5, 5e-3)
+    for sol in (fine, coarse):
+        assert (
+            sol.ledger["step"][-1] == pytest.approx(sol.ledger["normal"][-1], rel=1e-2) and sol.ledger["step"][-1] < 0
+        )
+    assert "that of the steps" in coarse.summary() and "that of the steps" not in fine.summary()
+
+
+def test_what_lands_and_what_slides_has_no_work_of_the_steps():
+    """The impact of a brick is that of a law; upon the ground nothing turns."""
+    scene = plane(0.3)
+    scene.body(ns.Box(0.2, 0.1), mass=1.0, position=(0, 0.2), velocity=(2.0, 0.0), name="b")
+    sol = run(scene, 1.0, 1e-3)
+    assert sol.ledger["normal"][-1] < -0.5
+    assert abs(sol.ledger["step"][-1]) < 2e-3 * abs(sol.ledger["normal"][-1])
+    assert "that of the steps" not in sol.summary()
