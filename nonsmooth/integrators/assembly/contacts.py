@@ -22,7 +22,7 @@ from nonsmooth.contact.network.joint import acts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import ask_of_guides
-from nonsmooth.integrators.assembly.landed import is_ball
+from nonsmooth.integrators.assembly.landed import is_ball, reach_to_touch
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
@@ -124,6 +124,7 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
     find_all_sources(shapes, bodies, found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
+        reach_to_touch(bodies, found, network, c)
         write_rows_planar(bodies, found, c, network)
         write_gap(bodies, found, c, dt, network)
         if surfaces.is_compliant == 1:
@@ -148,6 +149,7 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
     find_all_sources(shapes, bodies, found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
+        reach_to_touch(bodies, found, network, c)
         write_rows_spatial(bodies, found, c, network)
         write_gap(bodies, found, c, dt, network)
         if surfaces.is_compliant == 1:

@@ -8,6 +8,10 @@ core's point o = p - (r + g/2) n that goes with the body, p half way between the
 
 with delta and theta what the body moves and turns. Of two balls the new normal is the direction of their centres. So an
 impulse without friction passes through the centre of a ball, however it spins and slides.
+
+Of a body that lands on one that impulses do not move the point is on its own surface: midway in the gap the arm of a
+ball would be R + g/2, and its spin off by as much. Between two bodies that move it is midway, for the sake of their
+momenta.
 """
 
 from __future__ import annotations
@@ -16,6 +20,8 @@ from math import sqrt
 
 from nonsmooth.jit import kernel
 from nonsmooth.scenes.shape_rows import HALF_PLANE, HALF_SPACE, HULL, SPHERE
+
+NEXT_TO_NONE = 1e-9  # chosen: [m] of a gap: in less the arm of what rests is not another one with each rounding
 
 
 @kernel
@@ -38,6 +44,23 @@ def share_of_first(shapes, i, j, d):
     if is_flat(shapes, i, d) or is_flat(shapes, j, d):
         return 1.0 if is_flat(shapes, j, d) else 0.0
     return 0.5
+
+
+@kernel
+def parts_of_gap(bodies, network, c, gap):
+    """How far the point of contact c, as it is found or with ``reach_to_touch``, is from the surfaces of its sides."""
+    i, j, moves = network.i[c], network.j[c], bodies.motion.moves
+    if gap <= NEXT_TO_NONE or moves[i] == moves[j]:
+        return 0.5 * gap, 0.5 * gap
+    return (0.0, gap) if moves[i] == 1 else (gap, 0.0)
+
+
+@kernel
+def reach_to_touch(bodies, found, network, c):
+    """Put the point of an open contact with a body that impulses do not move on the surface of the other one."""
+    of_i, of_j = parts_of_gap(bodies, network, c, found.gap[c])
+    for k in range(found.point.shape[1]):
+        found.point[c, k] += 0.5 * (of_i - of_j) * found.normal[c, k]
 
 
 @kernel
@@ -77,8 +100,8 @@ def core_way(bodies, network, c, row, of_first, r, dt, d):
 def go_on(bodies, shapes, found, network, c, dt, d):
     """Move the point of contact c to where it is after the step; of two balls turn its normal."""
     i, j = found.shape_i[c], found.shape_j[c]
-    half, share = 0.5 * gap_where_found(bodies, found, network, c, 3 * (d - 1)), share_of_first(shapes, i, j, d)
-    r_i, r_j = shapes.radius[i] + half, shapes.radius[j] + half
+    of_i, of_j = parts_of_gap(bodies, network, c, gap_where_found(bodies, found, network, c, 3 * (d - 1)))
+    r_i, r_j, share = shapes.radius[i] + of_i, shapes.radius[j] + of_j, share_of_first(shapes, i, j, d)
     are_balls, square = is_ball(shapes, i, d) and is_ball(shapes, j, d), 0.0
     for k in range(d):  # the first columns of a frame's rows are its axes
         first, second = 0.0, 0.0

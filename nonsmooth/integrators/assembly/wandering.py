@@ -34,6 +34,7 @@ OF_TURN = 2.0  # chosen: of turn, by which what is held may approach: after a st
 # but for roundings; an approach that is none; and one that turns alone may leave. A disc that wobbles turns its rows by
 # 2 g dt
 NO_TURN, NO_FALL, MOST_FALLS = 3e-7, 1e-2, 8.0
+ONE_PLACE = 1e-9  # chosen: of normals, and of points [m]: what is nearer is one
 TURNED = 0.5  # chosen: of an arm, that a contact goes over its body in a step: an angle of half a radian
 
 
@@ -53,11 +54,36 @@ def ask_of_wandering(bodies_at, found_at, contacts_at, network_at, dt, driven_in
                 contacts.slack[c] = min(OF_TURN * abs(turn) + NO_FALL * fall, max(MOST_FALLS * fall, driven_in))
     for k in range(islands.count):
         begin, end = islands.contact_start[k], islands.contact_start[k + 1]
+        share_rows(found, contacts, network, begin, end)
         if is_held_together(bodies, contacts, network, begin, end, dt):
             for at in range(begin, end):
                 c = islands.contacts[at]
                 if contacts.slack[c] > 0.0 and is_found_in_the_middle(bodies, network, c):
                     ask(bodies, found, contacts, network, c, dt)
+
+
+@kernel
+def share_rows(found, contacts, network, begin, end):
+    """Of two contacts at one place, as on the ridge of two shapes, the one that had no impulse has the other's rows."""
+    for at in range(begin, end):
+        c = network.islands.contacts[at]
+        if contacts.slack[c] > 0.0:
+            for other in range(begin, end):
+                e = network.islands.contacts[other]
+                if contacts.slack[e] == 0.0 and not is_joint(network, e) and are_at_one_place(found, network, c, e):
+                    contacts.held[e], contacts.slack[e] = contacts.held[c], contacts.slack[c]
+
+
+@kernel
+def are_at_one_place(found, network, c, e):
+    """Whether two contacts of one body have one point and one normal."""
+    if network.i[c] != network.i[e] and network.j[c] != network.j[e]:
+        return False
+    for k in range(found.point.shape[1]):
+        turn, way = found.normal[c, k] - found.normal[e, k], found.point[c, k] - found.point[e, k]
+        if abs(turn) > ONE_PLACE or abs(way) > ONE_PLACE:
+            return False
+    return True
 
 
 @kernel
