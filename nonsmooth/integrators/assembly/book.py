@@ -86,7 +86,7 @@ def book_steps(bodies, contacts, network, d, n, work):
     """The part of the work of normals that is none of a law."""
     for c in range(network.n_c):
         at = contacts.held[c]
-        if is_joint(network, c) or (network.P[c, 0] > 0.0 and at >= 0 and contacts.closed_before[at] == 1):
+        if is_joint(network, c) or (network.P[c, 0] > 0.0 and at >= 0 and contacts.closing_before[at] == 0.0):
             normal, _, _ = book_contact(bodies, network, c, bodies.v_0, d, n)
             work[STEP_WORK] += normal
 

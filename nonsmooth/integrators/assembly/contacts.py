@@ -64,7 +64,7 @@ class Contacts(Block):
     normal_before: Array[Floats, "m", "d"]
     point_before: Array[Floats, "m", "d"]
     arms_before: Array[Floats, "m", "2", "d"]  # from the centres of its bodies [m]
-    closed_before: Array[Ints, "m"]  # whether it was closed all through the step
+    closing_before: Array[Floats, "m"]  # velocity at which its gap closed, 0 of one that was closed [m/s]
     row_before: Array[Ints, "m"]  # which row of the step before it was
     gamma_before: Array[Floats, "m", "d"]  # J v_1 along normal and tangents (wandering.py) [m/s]
     slack: Array[Floats, "m"]  # velocity of approach up to which what was held does not land [m/s]
@@ -316,7 +316,7 @@ def keep_contact(found, network, c, d, contacts):
         contacts.P_before[at, k], contacts.own_before[at, k] = total, network.P[c, k]
         contacts.point_before[at, k], contacts.normal_before[at, k] = found.point[c, k], found.normal[c, k]
     contacts.row_before[at] = c
-    contacts.closed_before[at] = 1 if network.b[c, 0] == network.turn[c, 0] and network.soft[c] == 0.0 else 0
+    contacts.closing_before[at] = network.b[c, 0] - network.turn[c, 0]
     contacts.n_before = at + 1
 
 
@@ -335,7 +335,7 @@ def keep_impulses(bodies, found, network, d, contacts):
 def impulse_before(contacts, at, to):
     """Put one of the impulses of the step before in the place of another."""
     contacts.key_before[to] = contacts.key_before[at]
-    contacts.row_before[to], contacts.closed_before[to] = contacts.row_before[at], contacts.closed_before[at]
+    contacts.row_before[to], contacts.closing_before[to] = contacts.row_before[at], contacts.closing_before[at]
     for k in range(contacts.P_before.shape[1]):
         contacts.P_before[to, k], contacts.own_before[to, k] = contacts.P_before[at, k], contacts.own_before[at, k]
         contacts.point_before[to, k] = contacts.point_before[at, k]

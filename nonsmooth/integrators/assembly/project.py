@@ -41,6 +41,9 @@ SWEEPS_AT_REST = 100
 MOST_PULL = 10.0
 # chosen: a velocity of approach below this part of what gravity gives in a step is none: 1e-6 g dt^2 is 4e-11 m at 2 ms
 STILL = 1e-6
+NO_FALL = (
+    1e-2  # chosen: of the same: a contact that was pressed over no wider a gap approaches so fast by what solvers leave
+)
 # measured: bodies of an island from which it is a heap: such come to rest by what their contacts lose as they wander,
 # and of nine heaps of 400 boxes four did not where they lost nothing
 HEAP = 10
@@ -147,7 +150,8 @@ def rest(found, network, d, n, moves, fall):
 @kernel
 def find_landings(bodies, found, contacts, network, dt, n, moves):
     """Mark islands in which a contact closes, or would be driven in by the mean of the velocities."""
-    still, islands = STILL * fall_of(bodies, dt), network.islands
+    fall, islands = fall_of(bodies, dt), network.islands
+    still = STILL * fall
     for k in range(islands.count):
         moves.lands[k] = 0
     for k in range(islands.count):
@@ -157,7 +161,11 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
                 continue
             before, size = normal_velocity(network, c, bodies.v_0, n)
             after, _ = normal_velocity(network, c, network.v, n)
+            is_pressed = network.P[c, 0] > 0.0 and network.b[c, 0] + after <= NO_FALL * fall
             limit = still + EXACT_VELOCITY * size
+            at = contacts.held[c] if network.soft[c] == 0.0 else -1
+            if at >= 0 and contacts.closing_before[at] <= NO_FALL * fall:
+                limit += NO_FALL * fall
             if contacts.wander[c] != 0.0:
                 before, after = before - contacts.wander[c], after + contacts.wander[c]
                 limit += contacts.slack[c]
@@ -166,7 +174,7 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
                 after += turn_of_guides(bodies, network, c, 0, dt)
                 limit += change_of_guides(bodies, network, c, bodies.gravity.shape[0])
             gap = max(found.gap[c], 0.0)
-            if (network.P[c, 0] > 0.0 and before < -limit) or gap + 0.5 * dt * (before + after) < -dt * limit:
+            if (is_pressed and before < -limit) or gap + 0.5 * dt * (before + after) < -dt * limit:
                 is_turn = contacts.slack[c] > 0.0 and contacts.wander[c] == 0.0
                 is_none = is_turn and before >= -limit - contacts.slack[c]
                 moves.lands[k] = max(moves.lands[k], IS_HELD_NEXT if is_none else LANDS)

@@ -24,16 +24,15 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.beside import is_in_the_middle
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, STILL, fall_of, is_of_few, normal_velocity
+from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, NO_FALL, STILL, fall_of, is_of_few, normal_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import Found
 
 OF_TURN = 2.0  # chosen: of turn, by which what is held may approach: after a step without turn it does by one of it
 # chosen: times g dt, what gravity gives in a step: a turn that is none, below half of STILL, as of faces that are flush
-# but for roundings; an approach that is none; and one that turns alone may leave. A disc that wobbles turns its rows by
-# 2 g dt
-NO_TURN, NO_FALL, MOST_FALLS = 3e-7, 1e-2, 8.0
+# but for roundings; and an approach that turns alone may leave. A disc that wobbles turns its rows by 2 g dt
+NO_TURN, MOST_FALLS = 3e-7, 8.0
 ONE_PLACE = 1e-9  # chosen: of normals, and of points [m]: what is nearer is one
 TURNED = 0.5  # chosen: of an arm, that a contact goes over its body in a step: an angle of half a radian
 
