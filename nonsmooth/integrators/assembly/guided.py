@@ -14,9 +14,10 @@ The velocities of a step stand for t = dt/2 (1 + lead), lead = 2 - 2 theta: for 
 two velocities, for its middle where they move by the new one. With the velocity of the middle and theta = 1/2 a box
 on a table that turns goes out by r Omega^2 dt/2 a second, and the friction that holds it does work.
 
-A contact that is open, or is met with a speed, closes by the way of the guided body, so its normal has v_mid. A velocity
-that a guided body gains in a step but not in the one before is a jump, and no acceleration: h is at most GAIN_GROWTH
-times that of the step before, or g dt (world.py), or a kick would throw what it meets by up to 2.5 times its speed.
+A contact that is open, or is met with a speed, closes by the way of the guided body, so its normal has v_mid. A
+velocity that a guided body gains in a step but not in the one before is a jump, and no acceleration: h is at most
+GAIN_GROWTH times that of the step before, or g dt (world.py), or a kick would throw what it meets by up to 2.5 times
+its speed.
 """
 
 from __future__ import annotations
