@@ -38,7 +38,7 @@ ENERGIES: dict[str, tuple[str, Dashes]] = {  # term of the ledger: colour, dashe
     "normal": ("#cc79a7", SHORT),
     "surface": ("#e69f00", LONG),
     "projection": ("#7f7f7f", SPARSE),
-    "step": ("#8c510a", SPARSE),
+    "step": ("#543005", DOTS),
     "elastic": ("#56b4e9", SOLID),
     "damping": ("#56b4e9", BROKEN),
 }

@@ -21,7 +21,7 @@ from math import sqrt
 from nonsmooth.jit import kernel
 from nonsmooth.scenes.shape_rows import HALF_PLANE, HALF_SPACE, HULL, SPHERE
 
-NEXT_TO_NONE = 1e-9  # chosen: [m] of a gap: in less the arm of what rests is not another one with each rounding
+NEXT_TO_NONE = 1e-8  # chosen: of an arm: in a gap of less what rests has no other arm with each rounding
 
 
 @kernel
@@ -47,10 +47,13 @@ def share_of_first(shapes, i, j, d):
 
 
 @kernel
-def parts_of_gap(bodies, network, c, gap):
+def parts_of_gap(bodies, found, network, c, gap):
     """How far the point of contact c, as it is found or with ``reach_to_touch``, is from the surfaces of its sides."""
-    i, j, moves = network.i[c], network.j[c], bodies.motion.moves
-    if gap <= NEXT_TO_NONE or moves[i] == moves[j]:
+    i, j, moves, arm = network.i[c], network.j[c], bodies.motion.moves, 0.0
+    b = i if moves[i] == 1 else j
+    for k in range(found.point.shape[1]):
+        arm += abs(found.point[c, k] - bodies.x_0[b, k] - bodies.shift[b, k])
+    if gap <= NEXT_TO_NONE * arm or moves[i] == moves[j]:
         return 0.5 * gap, 0.5 * gap
     return (0.0, gap) if moves[i] == 1 else (gap, 0.0)
 
@@ -58,7 +61,7 @@ def parts_of_gap(bodies, network, c, gap):
 @kernel
 def reach_to_touch(bodies, found, network, c):
     """Put the point of an open contact with a body that impulses do not move on the surface of the other one."""
-    of_i, of_j = parts_of_gap(bodies, network, c, found.gap[c])
+    of_i, of_j = parts_of_gap(bodies, found, network, c, found.gap[c])
     for k in range(found.point.shape[1]):
         found.point[c, k] += 0.5 * (of_i - of_j) * found.normal[c, k]
 
@@ -100,7 +103,7 @@ def core_way(bodies, network, c, row, of_first, r, dt, d):
 def go_on(bodies, shapes, found, network, c, dt, d):
     """Move the point of contact c to where it is after the step; of two balls turn its normal."""
     i, j = found.shape_i[c], found.shape_j[c]
-    of_i, of_j = parts_of_gap(bodies, network, c, gap_where_found(bodies, found, network, c, 3 * (d - 1)))
+    of_i, of_j = parts_of_gap(bodies, found, network, c, gap_where_found(bodies, found, network, c, 3 * (d - 1)))
     r_i, r_j, share = shapes.radius[i] + of_i, shapes.radius[j] + of_j, share_of_first(shapes, i, j, d)
     are_balls, square = is_ball(shapes, i, d) and is_ball(shapes, j, d), 0.0
     for k in range(d):  # the first columns of a frame's rows are its axes

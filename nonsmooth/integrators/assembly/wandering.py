@@ -33,7 +33,7 @@ OF_TURN = 2.0  # chosen: of turn, by which what is held may approach: after a st
 # chosen: times g dt, what gravity gives in a step: a turn that is none, below half of STILL, as of faces that are flush
 # but for roundings; and an approach that turns alone may leave. A disc that wobbles turns its rows by 2 g dt
 NO_TURN, MOST_FALLS = 3e-7, 8.0
-ONE_PLACE = 1e-9  # chosen: of normals, and of points [m]: what is nearer is one
+ONE_PLACE = 1e-8  # chosen: of normals, and of an arm: points that are nearer are one
 TURNED = 0.5  # chosen: of an arm, that a contact goes over its body in a step: an angle of half a radian
 
 
@@ -53,7 +53,7 @@ def ask_of_wandering(bodies_at, found_at, contacts_at, network_at, dt, driven_in
                 contacts.slack[c] = min(OF_TURN * abs(turn) + NO_FALL * fall, max(MOST_FALLS * fall, driven_in))
     for k in range(islands.count):
         begin, end = islands.contact_start[k], islands.contact_start[k + 1]
-        share_rows(found, contacts, network, begin, end)
+        share_rows(bodies, found, contacts, network, begin, end)
         if is_held_together(bodies, contacts, network, begin, end, dt):
             for at in range(begin, end):
                 c = islands.contacts[at]
@@ -62,27 +62,30 @@ def ask_of_wandering(bodies_at, found_at, contacts_at, network_at, dt, driven_in
 
 
 @kernel
-def share_rows(found, contacts, network, begin, end):
+def share_rows(bodies, found, contacts, network, begin, end):
     """Of two contacts at one place, as on the ridge of two shapes, the one that had no impulse has the other's rows."""
     for at in range(begin, end):
         c = network.islands.contacts[at]
         if contacts.slack[c] > 0.0:
             for other in range(begin, end):
                 e = network.islands.contacts[other]
-                if contacts.slack[e] == 0.0 and not is_joint(network, e) and are_at_one_place(found, network, c, e):
+                is_new = contacts.slack[e] == 0.0 and not is_joint(network, e)
+                if is_new and are_at_one_place(bodies, found, network, c, e):
                     contacts.held[e], contacts.slack[e] = contacts.held[c], contacts.slack[c]
 
 
 @kernel
-def are_at_one_place(found, network, c, e):
+def are_at_one_place(bodies, found, network, c, e):
     """Whether two contacts of one body have one point and one normal."""
     if network.i[c] != network.i[e] and network.j[c] != network.j[e]:
         return False
+    b, way, arm = network.i[c] if network.i[c] == network.i[e] else network.j[c], 0.0, 0.0
     for k in range(found.point.shape[1]):
-        turn, way = found.normal[c, k] - found.normal[e, k], found.point[c, k] - found.point[e, k]
-        if abs(turn) > ONE_PLACE or abs(way) > ONE_PLACE:
+        if abs(found.normal[c, k] - found.normal[e, k]) > ONE_PLACE:
             return False
-    return True
+        way += abs(found.point[c, k] - found.point[e, k])
+        arm += abs(found.point[c, k] - bodies.motion.x[b, k])
+    return way <= ONE_PLACE * arm
 
 
 @kernel
