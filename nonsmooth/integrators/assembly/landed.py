@@ -21,7 +21,7 @@ from math import sqrt
 from nonsmooth.jit import kernel
 from nonsmooth.scenes.shape_rows import HALF_PLANE, HALF_SPACE, HULL, SPHERE
 
-NEXT_TO_NONE = 1e-8  # chosen: of an arm: in a gap of less what rests has no other arm with each rounding
+NEXT_TO_NONE = 2e-8  # chosen: of an arm: in a gap of less what rests has no other arm with each rounding
 
 
 @kernel
