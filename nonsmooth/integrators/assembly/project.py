@@ -41,9 +41,8 @@ SWEEPS_AT_REST = 100
 MOST_PULL = 10.0
 # chosen: a velocity of approach below this part of what gravity gives in a step is none: 1e-6 g dt^2 is 4e-11 m at 2 ms
 STILL = 1e-6
-NO_FALL = (
-    1e-2  # chosen: of the same: a contact that was pressed over no wider a gap approaches so fast by what solvers leave
-)
+# chosen: of the same: what was pressed, over a gap of at most that part of g dt^2, approaches by what solvers leave
+NO_FALL = 1e-2
 # measured: bodies of an island from which it is a heap: such come to rest by what their contacts lose as they wander,
 # and of nine heaps of 400 boxes four did not where they lost nothing
 HEAP = 10
