@@ -153,15 +153,10 @@ _HOME = {
     "Status": "errors",
 }
 
-_RENAMED: dict[str, str] = {}  # for one release
-
 __all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name):
-    if name in _RENAMED:
-        new = _RENAMED[name]
-        raise AttributeError(f"nonsmooth.{name} is called nonsmooth.{new} now: write ns.{new}(...)", name=name)
     if name not in _HOME:
         raise AttributeError(f"module 'nonsmooth' has no attribute {name!r}")
     value = getattr(importlib.import_module(f"nonsmooth.{_HOME[name]}"), name)

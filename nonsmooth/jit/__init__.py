@@ -25,8 +25,7 @@ sizes and options built in (``specialised``).
 ``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals``
 has what is used of numba beside its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what
 compiles kernels. ``late`` loads what few runs reach when it is first called. ``fingerprint`` says what code is made
-from, by what ``bytecode`` finds that it reads and ``libraries`` know by name (where a module moved, by that of
-``former_names``), ``content`` what else is known again;
+from, by what ``bytecode`` finds that it reads and ``libraries`` know by name, ``content`` what else is known again;
 ``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
 key it is kept, ``code_files`` in which form; ``linking`` calls it in a later process, without numba;
 ``loading`` shares the work between processes, which take ``turns``; ``elsewhere`` leaves all of it to others.

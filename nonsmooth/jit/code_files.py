@@ -35,7 +35,6 @@ LONGEST_UNUSED = 60 * DAY  # chosen: then a file is removed: a study that is tak
 LARGEST_CACHE = 256 * 2**20
 # defined: a link is refused, a pipe is not waited for; Windows, which has neither flag, would change ends of lines.
 READ_ONLY = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
-OLD_FORM = "[0-9a-f]" * 16  # folders of earlier versions of this package
 
 
 class Unfit(Exception):
@@ -189,21 +188,11 @@ def remove_old(folder: Path) -> None:
             break
         _remove(path)
         size -= length
-    _remove_old_form(folder, now)
 
 
 def _remove(path: str) -> None:
     with contextlib.suppress(OSError):  # another process was faster
         os.unlink(path)
-
-
-def _remove_old_form(folder: Path, now: float) -> None:
-    """Remove unused folders of earlier versions, which hold two files for numba."""
-    for old in folder.glob(OLD_FORM):
-        with contextlib.suppress(OSError):
-            files = list(old.iterdir())
-            if all(file.suffix in (".nbi", ".nbc") for file in files) and now - old.stat().st_mtime > LONGEST_UNUSED:
-                shutil.rmtree(old)
 
 
 def note(kind: str, text: str) -> None:

@@ -28,7 +28,6 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.jit.bytecode import SCALARS, Reading, constant, reading, scalar
-from nonsmooth.jit.former_names import known_as
 from nonsmooth.jit.libraries import is_library, library_path, name_of
 from nonsmooth.jit.watch import MISSING, Watch
 
@@ -152,7 +151,7 @@ class Survey:
             self.watch.name(vars(module), attribute, value)
             if self.is_library(module):
                 value = getattr(module, attribute, MISSING)  # numpy loads some of its modules when they are read
-                path = f"{known_as(module.__name__)}.{attribute}"
+                path = f"{module.__name__}.{attribute}"
                 if self._is_of_library(value):
                     self.library(path)
                     self.put(name_of(value).encode())
@@ -228,7 +227,7 @@ class Survey:
         elif path := library_path(cls, self.is_library):
             self.library(path)
         elif issubclass(cls, BaseException):
-            self.put(b"class", f"{known_as(cls.__module__)}.{cls.__qualname__}".encode())
+            self.put(b"class", f"{cls.__module__}.{cls.__qualname__}".encode())
         else:
             self.unidentified(cls, f"{name}, the class {cls.__qualname__}")
 

@@ -12,7 +12,6 @@ from nonsmooth.jit import late
 from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.cache import MachineCode, compile_cached, is_cached, key_of, machine_code
 from nonsmooth.jit.fingerprint import digest
-from nonsmooth.jit.former_names import known_as
 from nonsmooth.jit.linking import function_at
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # no fastmath: two runs agree bit for bit
@@ -108,12 +107,12 @@ class Kernel:
     @property
     def slot_name(self) -> str:
         """The linker's name of the slot of an entry point."""
-        return f"nonsmooth.{known_as(self.function.__module__)}.{self.function.__name__}"
+        return f"nonsmooth.{self.function.__module__}.{self.function.__name__}"
 
     @property
     def kept_name(self) -> str:
         """The name of its file, with the room: two rooms may have functions of one name."""
-        return f"{known_as(self.function.__module__).removeprefix('nonsmooth.')}.{self.function.__name__}"
+        return f"{self.function.__module__.removeprefix('nonsmooth.')}.{self.function.__name__}"
 
     def slot_symbol(self) -> str:
         """The name of the slot, which is made known to the linker here."""

@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.jit.former_names import known_as
-
 VERSIONED = {"numpy", "numba", "llvmlite"}
 STANDARD_LIBRARY = Path(os.__file__).parent
 
@@ -53,7 +51,7 @@ def library_path(value: Any, is_library: Callable[[types.ModuleType], bool] = is
     for home in homes:
         module = sys.modules.get(home) if isinstance(home, str) else None
         if module is not None and is_library(module) and _at(module, name) is value:
-            return f"{known_as(str(home))}.{name}"
+            return f"{home}.{name}"
     return ""
 
 

@@ -103,10 +103,8 @@ def names_in_file(description: Description) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def of_names(names: dict[str, Any] | None) -> Description | None:
-    """What a file says of names; a file of before says nothing."""
-    if names is None:
-        return None
+def of_names(names: dict[str, Any]) -> Description:
+    """The names that a file holds."""
     coordinates = tuple((str(name), str(unit)) for name, unit in names["coordinates"])
     contacts = tuple(str(name) for name in names["contacts"])
     return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None)

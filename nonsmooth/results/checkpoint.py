@@ -28,7 +28,7 @@ import numpy as np
 from nonsmooth.checks.files import refusals
 from nonsmooth.errors import CheckpointFailure, InvalidInput, Status
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, N_LEDGER
-from nonsmooth.mechanics.description import numbered, of_names
+from nonsmooth.mechanics.description import of_names
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.checked_array import CheckedArray, checksums_of, verified_rows
 from nonsmooth.results.events import MAX_EVENTS
@@ -253,13 +253,13 @@ def load_checkpoint(
     shape = Shape(*about["shape"])
     arrays = rows_of(path, about, layout_of(shape).rows, is_verified)
     rows, status_and_message = arrays["records"], end_of(about)
-    said = about.get("said", {})
-    system = system_of(said.get("model"), shape.n, shape.n_c)
+    said = about["said"]
+    system = system_of(said["model"], shape.n, shape.n_c)
     kept: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
     columns = {name: kept.get(name) for name in (*PER_RECORD, "la")}
     record = types.SimpleNamespace(**kept)
     events = _in_time(arrays["events"]) if "events" in arrays else None
-    theta, find_motion = said.get("theta"), None
+    theta, find_motion = said["theta"], None
     has_jumps = events is not None and len(arrays["events"]) <= MAX_EVENTS  # of which a motion must know all
     if theta is not None and events is not None and has_jumps and {"q", "u", "mode"} <= kept.keys():
         find_motion = functools.partial(of_records, theta, kept["t"], kept["q"], kept["u"], kept["mode"], events)
@@ -268,10 +268,10 @@ def load_checkpoint(
         find_ledger=finder_of_ledger(system, record, shape.recorded),  # type: ignore[arg-type]
         stats=Stats(**about["stats"]), status=status_and_message[0], message=status_and_message[1],
         about=about["about"], system=system, theta=theta if find_motion is not None else None, find_motion=find_motion,
-        names=of_names(said.get("names")) or (numbered(shape.n, shape.n_c) if system is None else None),
-        named_model=said.get("model"),
+        names=of_names(said["names"]),
+        named_model=said["model"],
     )  # fmt: skip
-    return solution if about["facts"].get("records_start", True) or len(rows) < 2 else solution.without_start()
+    return solution if about["facts"]["records_start"] or len(rows) < 2 else solution.without_start()
 
 
 def _in_time(rows: np.ndarray) -> np.ndarray:
@@ -323,8 +323,7 @@ def read_state(path: Path, kind: str = KIND) -> tuple[dict[str, Any], dict[str, 
 def require_rows(path: Path, about: dict[str, Any], rows: dict[str, np.dtype]) -> dict[str, int]:
     """How many rows of each array fit their checksums; raises unless those of the state do."""
     return {
-        name: _require_rows(file_of(path, name), row, about[name] + about.get(shown_of(name), 0))
-        for name, row in rows.items()
+        name: _require_rows(file_of(path, name), row, about[name] + about[shown_of(name)]) for name, row in rows.items()
     }
 
 

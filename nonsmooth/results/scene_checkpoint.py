@@ -17,7 +17,6 @@ import numpy as np
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.checkpoint import SCENE_KIND, Layout, end_of, read_state, rows_of
 from nonsmooth.results.scene_pairs import pairs_of
-from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_records import CONTACTS, PAIRS, record_row, rows_beside
 from nonsmooth.results.scene_solution import SceneSolution, columns_of
 from nonsmooth.results.scene_stats import SceneStats
@@ -26,10 +25,10 @@ if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
 
 
-def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int = 0) -> Layout:
+def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int) -> Layout:
     """Of so many bodies in the plane or in space, and joints."""
     rows = {"records": record_row(n_b, dim, kinds, n_j=n_j)} | rows_beside(dim, kinds)
-    return Layout(SCENE_KIND, [n_b, dim, list(kinds), *([n_j] if n_j else [])], rows)
+    return Layout(SCENE_KIND, [n_b, dim, list(kinds), n_j], rows)
 
 
 def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: bool = False) -> SceneSolution:
@@ -41,8 +40,8 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
         For a folder that is no checkpoint of a scene, or a damaged one.
     """
     about, kept = read_state(path, SCENE_KIND)
-    n_b, dim, kinds, *n_j = about["shape"]
-    rows = rows_of(path, about, scene_layout(n_b, dim, tuple(kinds), *n_j).rows, is_verified)
+    n_b, dim, kinds, n_j = about["shape"]
+    rows = rows_of(path, about, scene_layout(n_b, dim, tuple(kinds), n_j).rows, is_verified)
     records = rows.pop("records")
     for kind, beside in rows.items():
         records = records[: np.searchsorted(np.cumsum(records[f"n_{kind}"]), len(beside), side="right")]
@@ -50,13 +49,13 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
             raise InvalidInput(f"the checkpoint {str(path)!r} is damaged: {kind} of its records are not there")
     status, message = end_of(about)
     columns, names = columns_of(records, rows.get(CONTACTS), tuple(kinds)), names_of(kept)
-    joint_names = [str(name) for name in kept.get("joint_names", ())]
+    joint_names = [str(name) for name in kept["joint_names"]]
     if PAIRS in rows:
         columns[PAIRS] = pairs_of(records, rows[PAIRS], names, joint_names)
     return SceneSolution(
         **columns, stats=SceneStats(**about["stats"]), status=status, message=message, names=names, scene=scene,
         centres=kept["centres"], about=about["about"], joint_names=joint_names,
-        paradox_rows=kept.get("paradox_rows", no_rows()),
+        paradox_rows=kept["paradox_rows"],
     )  # fmt: skip
 
 

@@ -164,7 +164,7 @@ def _check(forms: Mapping[str, Form]) -> None:
 
 def stats_of(stored: dict[str, Any]) -> SceneStats:
     """The figures of a stored run."""
-    springs = stored.get("springs")
+    springs = stored["springs"]
     return SceneStats(**stored | {"springs": None if springs is None else SpringStats(*springs)})
 
 
@@ -185,7 +185,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
 
 def _joints(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[str, Any]:
     """The joints and, where contacts were kept, their impulses."""
-    names = [str(name) for name in about.get("joint_names", ())]
+    names = [str(name) for name in about["joint_names"]]
     impulses = arrays.get(records.JOINT_IMPULSES)
     if CONTACTS + "offsets" in arrays and impulses is None:
         impulses = np.zeros((len(arrays["t"]), 0, arrays["centres"].shape[1]))

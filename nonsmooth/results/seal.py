@@ -58,7 +58,7 @@ def sealed_kind(file: BinaryIO) -> str:
 def require_kind(found: str, kind: str) -> None:
     """Raise `ValueError` unless a file was sealed as one of this kind."""
     if not found:
-        raise ValueError("it has no seal: it was cut short, changed by others, or written before files had one")
+        raise ValueError("it has no seal: it was cut short, or another program wrote it")
     if found != kind:
         raise ValueError(f"it is sealed as a {found}")
 

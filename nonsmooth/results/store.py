@@ -154,8 +154,8 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
     return Solution(
         **columns, **events, find_ledger=find_ledger, la=arrays.get("la"),
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
-        names=of_names(about.get("names")), named_model=about.get("model"), theta=about.get("theta"),
-        find_motion=_find_motion(about.get("theta"), arrays),
+        names=of_names(about["names"]), named_model=about["model"], theta=about["theta"],
+        find_motion=_find_motion(about["theta"], arrays),
     )  # fmt: skip
 
 

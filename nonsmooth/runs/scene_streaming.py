@@ -116,9 +116,8 @@ class StreamingSceneRecorder(SceneRecorder):
         arrays = self._memory(run) | {
             "sizes": run.assembly.sizes, "place": np.array(run.place), "names": np.array(run.names),
             "centres": run.centres, "paradox_rows": run.paradox_rows(),
+            "joint_names": np.array([joint.name for joint in run.scene.joints], np.str_),
         }  # fmt: skip
-        if run.scene.joints:
-            arrays["joint_names"] = np.array([joint.name for joint in run.scene.joints])
         self.store.keep(arrays, run.about(), run.status, ended, stats)
 
     def solution(self, run: RunOfScene) -> SceneSolution:

@@ -1,6 +1,6 @@
 """The journal of a sweep: append-only JSONL, so that nothing is lost when the program, or the machine, dies.
 
-    {"journal": "nonsmooth sweep", "format": 2, "study": "<sha256>", "cells": 400, "about": {}, "crc32": "0123abcd"}
+    {"journal": "nonsmooth sweep", "format": 1, "study": "<sha256>", "cells": 400, "about": {}, "crc32": "0123abcd"}
     {"cell": 17, "status": 1, "values": {"amplitude": [0.0123]}, "crc32": "4567cdef"}
 
 A batch of many cells is written in blocks, a line each, its numbers as Base64 of their bytes (float64, little-endian):
@@ -39,7 +39,7 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.sweeps.axes import Plan
 from nonsmooth.sweeps.task import Batch, Task
 
-KIND, FORMAT = "nonsmooth sweep", 2  # code: of the form of the file
+KIND, FORMAT = "nonsmooth sweep", 1  # code: of the form of the file
 HEAD = b'{"journal": "nonsmooth sweep"'
 LONGEST_HEAD = 2**20  # chosen: bytes; it holds the names of the axes
 CHECKSUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')
@@ -142,8 +142,8 @@ class Journal:
             raise InvalidInput(f"the first line of the journal {str(self.path)!r} is damaged; {cure}")
         if head.get("format") != FORMAT:
             raise InvalidInput(
-                f"the journal {str(self.path)!r} has format {shown(head.get('format'))}; this version reads {FORMAT}, "
-                f"whose lines have checksums; {cure}"
+                f"the journal {str(self.path)!r} has format {shown(head.get('format'))}; this version reads {FORMAT}; "
+                f"{cure}"
             )
         raise InvalidInput(
             f"the journal {str(self.path)!r} belongs to another study (model, parameters, axes, integrator, measures "

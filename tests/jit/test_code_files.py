@@ -319,20 +319,6 @@ def test_what_is_read_is_known_to_be_in_use(folder):
     assert time.time() - file.path.stat().st_mtime < DAY
 
 
-def test_folders_of_earlier_versions_are_removed(folder):
-    for name, age, files in (
-        ("0123456789abcdef", 2 * LONGEST_UNUSED, ["run.nbi", "run.1.nbc"]),
-        ("0123456789abcde0", DAY, ["run.nbi", "run.1.nbc"]),
-        ("0123456789abcde1", 2 * LONGEST_UNUSED, ["thesis.tex"]),
-    ):
-        (folder / name).mkdir()
-        for file in files:
-            (folder / name / file).write_text("text")
-        aged(folder / name, age)
-    remove_old(folder)
-    assert sorted(path.name for path in folder.iterdir()) == ["0123456789abcde0", "0123456789abcde1"]
-
-
 # processes
 
 COMPILE = """
