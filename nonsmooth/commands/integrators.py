@@ -56,9 +56,9 @@ def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
 
         return Auto(**given)
     if "dt" in own and "dt" not in given:
-        from nonsmooth.mechanics.start import describing
+        from nonsmooth.mechanics.start import own_time
 
-        given["dt"] = getattr(describing(model), "dt", None)
+        given["dt"] = own_time(model, "dt")
         if given["dt"] is None:
             raise InvalidInput(f"the model {arguments.model} has no dt of its own; give --dt")
     return integrator_class(name)(**given)

@@ -191,9 +191,9 @@ def simulate_runnable(model: Any, is_scene: bool, arguments: argparse.Namespace)
     """The run with the options of the command line; a failure comes back as a partial solution."""
     start = None if is_scene else initial_state(model, arguments)
     integrator = new_integrator(arguments, model)
-    from nonsmooth.mechanics.start import describing
+    from nonsmooth.mechanics.start import own_time
 
-    t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
+    t_end = own_time(model, "t_end") if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     progress = progress_of_run(arguments)

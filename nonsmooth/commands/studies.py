@@ -227,9 +227,9 @@ def limit_as_json(study: Study) -> dict[str, Any]:
 
 def limit_study(model: Any, arguments: argparse.Namespace) -> Study:
     """The study that the arguments ask for."""
-    from nonsmooth.mechanics.start import describing
+    from nonsmooth.mechanics.start import own_time
 
-    t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
+    t_end = own_time(model, "t_end") if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     return arguments.make(model, (0.0, t_end), *start_of(model, arguments), arguments)

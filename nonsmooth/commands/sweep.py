@@ -107,12 +107,12 @@ def act_sweep(arguments: argparse.Namespace) -> int:
 def make_task(arguments: argparse.Namespace) -> Any:
     """Runs of the model with the options of the command line."""
     from nonsmooth.integrators.moreau_jean.options import MoreauJean
-    from nonsmooth.mechanics.start import describing
+    from nonsmooth.mechanics.start import own_time
     from nonsmooth.sweeps.run_task import RunTask
 
     model = typed_model(arguments)
-    dt = getattr(describing(model), "dt", None) if arguments.dt is None else arguments.dt
-    t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
+    dt = own_time(model, "dt") if arguments.dt is None else arguments.dt
+    t_end = own_time(model, "t_end") if arguments.t_end is None else arguments.t_end
     if dt is None or t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end and dt of its own; give --t-end and --dt")
     return RunTask(

@@ -16,7 +16,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.model_system import as_system
-from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
+from nonsmooth.mechanics.start import answers_start, forms_of, own_state, own_time, start_of
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
@@ -166,8 +166,7 @@ def _settled(
 ) -> LimitCycle:  # fmt: skip
     """The cycle of a simulated motion, continued for longer while it has not settled."""
     t, q, u = start
-    source = describing(model)
-    duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
+    duration = own_time(model, "t_end") if duration is None else as_positive("duration", duration, "s")
     if duration is None:
         raise InvalidInput("this system has no t_end of its own; give duration=")
     integrator = EventDriven(CYCLE_RTOL, CYCLE_ATOL) if dt is None else MoreauJean(dt=dt)

@@ -17,7 +17,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_number, as_vector, result_of
+from nonsmooth.checks.arrays import as_number, as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import System
@@ -33,8 +33,21 @@ State = tuple[np.ndarray, np.ndarray]
 
 
 def describing(model: Any) -> Any:
-    """Who has the optional attributes of a model (state, t_end, dt): the model, of a bare system its parameters."""
+    """Who has the optional functions of a model (state, natural_state): the model, of a bare system its parameters."""
     return model.parameters if isinstance(model, System) else model
+
+
+def own_time(model: Any, name: str) -> float | None:
+    """Find ``t_end`` or ``dt`` of a model, a system or a scene [s]: its own, that of its parameters, or that of the
+    system or the scene which it builds; None where none of them has one."""
+    if isinstance(model, System) and getattr(model, name) is None:
+        model = model.parameters
+    elif not hasattr(model, name) and not isinstance(model, type):
+        build = getattr(model, "scene", None) or getattr(model, "system", None)
+        if callable(build):
+            return own_time(build(), name)
+    value = getattr(model, name, None)
+    return None if value is None else as_positive(name, value, "s")
 
 
 def own_state(model: Any) -> Callable | None:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name
+from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name, as_positive
 from nonsmooth.checks.parameters import layout_of, numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.jit import Unpack, unpack_of
@@ -195,6 +195,9 @@ class System:
         player; ``shape(q)`` will do where nothing of p is needed.
     outline : callable, optional
         ``outline(p)``, or ``outline()``, returns the surroundings as polylines, which do not move.
+    t_end, dt : float, optional
+        End of a run and step of time stepping that suit the system [s]: `simulate`, studies, sweeps and commands take
+        them where no span and no step are given.
 
     Raises
     ------
@@ -246,6 +249,8 @@ class System:
     coordinates: Sequence[tuple[str, str] | str] = ()
     shape: Callable[..., Any] | None = None
     outline: Callable[..., Any] | None = None
+    t_end: float | None = None
+    dt: float | None = None
     d: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -255,6 +260,9 @@ class System:
             raise InvalidInput('a system needs its coordinates, as coordinates=[("x", "m"), ("th", "rad")], or n_q=')
         set_("n_q", len(self.coordinates) if self.n_q is None else as_count("n_q", self.n_q))
         as_instance("name", self.name, str, "a text")
+        for name in ("t_end", "dt"):
+            if getattr(self, name) is not None:
+                set_(name, as_positive(name, getattr(self, name), "s"))
         set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
         if self.n_u != self.n_q:
             raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")

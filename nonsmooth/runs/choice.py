@@ -33,6 +33,7 @@ from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDrive
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.situation import largest_closed_gap
+from nonsmooth.mechanics.start import own_time
 from nonsmooth.mechanics.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
 from nonsmooth.runs.times import as_span
 
@@ -97,7 +98,7 @@ class Auto(Choice):
                 Adaptive(coarse, coarse / PER_ATOL),
                 f"{contacts} are too many to locate their events, but without friction few enough to refine",
             )
-        own = getattr(model, "dt", None)
+        own = own_time(model, "dt")
         dt = own if own is not None else (t_1 - t_0) / STEPS_OF_SPAN
         several, with_friction = decided_at_once(system, t_0, q, u)
         if several <= MOST_CONTACTS and with_friction <= MOST_WITH_FRICTION:

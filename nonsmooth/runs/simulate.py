@@ -33,7 +33,7 @@ from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live
 from nonsmooth.runs.size_of_motion import coarse, steps_again, suited, taken_again
-from nonsmooth.runs.times import make_timetable
+from nonsmooth.runs.times import make_timetable, span_of
 from nonsmooth.runs.user_events import OF_SCENE, OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
 from nonsmooth.runs.workspace import give_back
@@ -65,7 +65,7 @@ class MakesScene(Protocol):
 @overload
 def simulate(
     system: Scene | MakesScene,
-    t_span: tuple[float, float],
+    t_span: tuple[float, float] | None = None,
     *,
     integrator: Integrator | Choice | Literal["auto"] = "auto",
     every: int = 1,
@@ -88,7 +88,7 @@ def simulate(
 @overload
 def simulate(
     system: Any,
-    t_span: tuple[float, float],
+    t_span: tuple[float, float] | None = None,
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
@@ -115,7 +115,7 @@ def simulate(
 @answers_start
 def simulate(
     system: Any,
-    t_span: tuple[float, float],
+    t_span: tuple[float, float] | None = None,
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
@@ -137,14 +137,14 @@ def simulate(
     view: bool = False,
     threads: int = 1,
 ) -> Any:
-    """Integrate a system from t_span[0] to t_span[1].
+    """Integrate a system or a scene from t_span[0] to t_span[1].
 
     Parameters
     ----------
     system : System, model, or Scene
         Or what builds one by a method ``system()`` or ``scene()``; the result of a scene is a `SceneSolution`.
-    t_span : (float, float)
-        Start and end [s].
+    t_span : (float, float), optional
+        Start and end [s]; (0, t_end) when left out, with the ``t_end`` of the system, the model or the scene.
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
     state : dict or (q0, u0), optional
@@ -234,9 +234,11 @@ def simulate(
     scene = as_scene(system)
     if scene is not None:
         require_plain(q0, u0, state, selection)
+        t_span = span_of(scene, t_span)
     else:
         recorded = kinds_of_system(record)
         model, system = system, as_system(system)
+        t_span = span_of(model, t_span)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
         raise InvalidInput("give either every or t_eval; got both")

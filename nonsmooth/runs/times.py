@@ -14,7 +14,9 @@ from nonsmooth.checks.arrays import as_count, as_number, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.start import own_time
 
 RECORD_TIMES_AT_ONCE = 2**12  # chosen: in memory: their arrays take 100 kB
 
@@ -116,6 +118,27 @@ def _grid(dt: float, t_0: float, t_1: float, every: int) -> RecordTimes:
         return t
 
     return RecordTimes(whole + has_rest, part, (t_0, t_1))
+
+
+def span_of(model: Any, t_span: tuple[float, float] | None) -> tuple[float, float]:
+    """Start and end [s]; where no span is given, 0 and the model's ``t_end``."""
+    if t_span is not None:
+        return as_span(t_span)
+    t_end = own_time(model, "t_end")
+    if t_end is None:
+        raise InvalidInput(
+            "there is no t_end to run to; give t_span=(start, end), or t_end= of the system or the scene"
+        )
+    return 0.0, t_end
+
+
+def own_steps(model: Any) -> MoreauJean:
+    """`MoreauJean` with the model's ``dt``, where no integrator is given."""
+    dt = own_time(model, "dt")
+    if dt is None:
+        raise InvalidInput("there is no dt to step with; give integrator=MoreauJean(dt=...), or dt= of the system or "
+                           "the scene")  # fmt: skip
+    return MoreauJean(dt)
 
 
 def as_span(t_span: tuple[float, float]) -> tuple[float, float]:

@@ -70,19 +70,20 @@ def system_of(scene: Scene, pairs: Any = None) -> System:
     contacts: list[Contact] = []
     values: dict[str, float] = {}
     met = _pairs_of(scene, pairs)
+    own: dict[str, Any] = {"name": scene.name or "scene", "t_end": scene.t_end, "dt": scene.dt}
     if scene.dim != PLANAR:
         require_spheres(scene, met, CURE)
         contacts = [_contact(scene, a, b, values) for a, b in met]
         functions = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met])
         parameters = _parameters(moving, values, SPACE)
-        return System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, name="scene", **functions)
+        return System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, **own, **functions)
     for a, b in met:
         found = _touches_of(a, b, numbers)
         touches += found
         contacts += [_contact(scene, a, b, values)] * len(found)
     parameters = _parameters(moving, values, PLANE)
     functions = _body_functions(scene, moving) | (_contact_functions(touches) if touches else {})
-    return System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, name="scene", **functions)
+    return System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, **own, **functions)
 
 
 def state_of(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nonsmooth.checks.arrays import as_instance
 from nonsmooth.checks.parameters import numeric_fields
+from nonsmooth.mechanics.start import own_time
 
 if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
@@ -24,6 +25,7 @@ def as_scene(candidate: Any) -> Scene | None:
     name = type(candidate).__name__
     scene: Scene = as_instance(f"what scene() of {name} returns", candidate.scene(), Scene, "an ns.Scene")
     scene.name = scene.name or str(getattr(candidate, "name", name))
+    scene.t_end, scene.dt = (own_time(candidate, time) or getattr(scene, time) for time in ("t_end", "dt"))
     has_fields = is_dataclass(candidate) or hasattr(candidate, "_fields")
     scene.built_from = numeric_fields(candidate) if has_fields else None
     return scene

@@ -126,6 +126,11 @@ class Scene:
         [m/s^2]; its length says whether the scene lies in the plane or in space.
     material : Material
         Of the bodies that name none.
+    name : str
+        For messages and titles.
+    t_end, dt : float, optional
+        End of a run and step that suit the scene [s]: `simulate`, studies, sweeps and commands take them where no span
+        and no step are given.
 
     Examples
     --------
@@ -139,6 +144,9 @@ class Scene:
 
     gravity: ArrayLike = (0.0, -9.81)
     material: Material = field(default_factory=Material)
+    name: str = field(default="", kw_only=True)
+    t_end: float | None = field(default=None, kw_only=True)
+    dt: float | None = field(default=None, kw_only=True)
 
     __hash__ = None  # type: ignore[assignment]  # it grows: its system must not be kept as that of a model is
 
@@ -149,7 +157,9 @@ class Scene:
         self.gravity = gravity
         self.dim = len(gravity)
         as_instance("material", self.material, Material, "a Material(mu=..., e=...)")
-        self.name = ""  # of a ready scene, where one was asked for
+        as_instance("name", self.name, str, "a text")
+        self.t_end = None if self.t_end is None else as_positive("t_end", self.t_end, "s")
+        self.dt = None if self.dt is None else as_positive("dt", self.dt, "s")
         self.built_from: dict[str, float] | None = None  # the numbers of what built it, by name
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []

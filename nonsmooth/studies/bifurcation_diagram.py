@@ -31,7 +31,7 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import identity
 from nonsmooth.jit.blocks import WORD
 from nonsmooth.mechanics.model_system import as_system
-from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
+from nonsmooth.mechanics.start import answers_start, forms_of, own_state, own_time, start_of
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.runs.simulate import simulate_whole
@@ -190,14 +190,14 @@ def bifurcation_diagram(
         raise InvalidInput("values must increase, and at least one is needed")
     if start is not None and state is not None:
         raise InvalidInput("give either start or state; got both")
-    start, source, own = state if start is None else start, describing(system), own_state(system)
+    start, own = state if start is None else start, own_state(system)
     if start is None and own is None:
         raise InvalidInput(f"this system has no default state; give state={forms_of(system)}")
-    if duration is None and hasattr(source, "t_end"):
-        duration = 5 * source.t_end
+    if duration is None and (t_end := own_time(system, "t_end")) is not None:
+        duration = 5 * t_end
     if integrator is not None:
         as_instance("integrator", integrator, Integrator, "an integrator, as MoreauJean(dt=1e-3) or EventDriven()")
-    dt = getattr(integrator, "dt", getattr(source, "dt", None) if dt is None else dt)
+    dt = getattr(integrator, "dt", own_time(system, "dt") if dt is None else dt)
     needs_dt = integrator is None or forcing is None
     if duration is None or needs_dt and dt is None:
         raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")

@@ -20,7 +20,7 @@ from nonsmooth.jit import identity
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import the_start
 from nonsmooth.results.solution import Solution
-from nonsmooth.runs.times import as_span
+from nonsmooth.runs.times import span_of
 from nonsmooth.scenes.given import as_scene
 from nonsmooth.signals.telling import tell_in_parts
 from nonsmooth.studies.reference import Observed, Problem, Reference, SceneProblem
@@ -43,10 +43,10 @@ OF = {
 
 
 def as_problem(
-    model: Any, t_span: tuple[float, float], q0: ArrayLike | None, u0: ArrayLike | None, times: ArrayLike | None
+    model: Any, t_span: tuple[float, float] | None, q0: ArrayLike | None, u0: ArrayLike | None, times: ArrayLike | None
 ) -> Problem:
     """The motion that a study looks at, checked; without ``times`` it is looked at in the end."""
-    t_0, t_1 = as_span(t_span)
+    t_0, t_1 = span_of(model, t_span)
     t = as_vector("times", [t_1] if times is None else times)
     if t.size == 0 or t[0] <= t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
         raise InvalidInput(f"times must increase within ({t_0:g}, {t_1:g}] s; got {t.tolist()}")
@@ -59,7 +59,7 @@ def as_problem(
 
 
 def as_motion(
-    model: Any, t_span: tuple[float, float], q0: ArrayLike | None, u0: ArrayLike | None, state: Any,
+    model: Any, t_span: tuple[float, float] | None, q0: ArrayLike | None, u0: ArrayLike | None, state: Any,
     times: ArrayLike | None,
 ) -> Problem:  # fmt: skip
     """The same with the start of a system in any form (mechanics/start.py); a scene has its own."""

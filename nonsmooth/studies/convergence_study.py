@@ -19,13 +19,12 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.mechanics.start import answers_start, the_start
+from nonsmooth.mechanics.start import answers_start
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
-from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
+from nonsmooth.studies.comparison import ComparisonTask, as_motion, run_comparison
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
-from nonsmooth.studies.study import Study, require_xarray, titled
+from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
-from nonsmooth.sweeps.run_task import in_words
 
 STUDY_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # chosen: s
 STUDY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)  # chosen: relative
@@ -38,7 +37,7 @@ TITLES = {"dt": "convergence with the step", "rtol": "convergence with the toler
 @answers_start
 def convergence_study(
     system: Any,
-    t_span: tuple[float, float],
+    t_span: tuple[float, float] | None = None,
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
@@ -100,7 +99,7 @@ def convergence_study(
     require_xarray()
     over, values = varied(integrator, dt, rtol)
     make = maker(integrator, over, float(values[0]))
-    problem = as_problem(system, t_span, *the_start(system, q0, u0, state), times)
+    problem = as_motion(system, t_span, q0, u0, state, times)
 
     def finer(x: float) -> Any:
         return make(max(x / FINER[over], FINEST_RTOL if over == "rtol" else 0.0)) if reference is None else reference
@@ -116,8 +115,8 @@ def convergence_study(
         exact = as_reference(finer(chosen.values[-1]), problem, delay)
     task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})
     data = run_comparison(task, UNITS[over], workers, journal, progress)
-    data.attrs |= {"left_out": chosen.left_out, **in_words(problem.system)}
-    return Study(over, data, titled(problem.system, TITLES[over]))
+    data.attrs |= {"left_out": chosen.left_out, **problem.about}
+    return Study(over, data, problem.titled(TITLES[over]))
 
 
 def varied(integrator: Any, dt: ArrayLike | None, rtol: ArrayLike | None) -> tuple[str, np.ndarray]:

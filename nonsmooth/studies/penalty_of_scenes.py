@@ -66,7 +66,7 @@ def study_of_scene(
         exact = as_reference(MoreauJean(span / REFERENCE_STEPS) if reference is None else reference, rigid)
     task = ScenePenaltyTask(problem, exact, "stiffness", compliant)
     data = run_comparison(task, "N/m", workers, journal, progress)
-    data.attrs |= {"left_out": chosen.left_out, "soft": soft_ones(problem, data)}
+    data.attrs |= {"left_out": chosen.left_out, "soft": soft_ones(problem, data), **problem.about}
     data = data if found is None else found.columns(data)
     steppers = [MoreauJean(span / n) for n in SCENE_BESIDE_STEPS] if beside is None else beside
     if len(steppers) and not data.attrs["interrupted"]:
@@ -75,7 +75,7 @@ def study_of_scene(
             data = data.assign(beside_columns(runs, progress))
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1
-    return Study("stiffness", data, f"{getattr(problem.model, 'name', '') or 'a scene'}: the penalty limit")
+    return Study("stiffness", data, problem.titled("the penalty limit"))
 
 
 class ScenePenaltyTask(ComparisonTask):

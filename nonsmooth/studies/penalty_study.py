@@ -39,9 +39,8 @@ from nonsmooth.studies.reference import (
     largest_differences,
 )
 from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
-from nonsmooth.studies.study import Study, require_xarray, titled
+from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
-from nonsmooth.sweeps.run_task import in_words
 from nonsmooth.sweeps.task import Variable
 
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
@@ -51,7 +50,7 @@ BRANCH = 5  # chosen: modes named
 @answers_start
 def penalty_study(
     system: Any,
-    t_span: tuple[float, float],
+    t_span: tuple[float, float] | None = None,
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
@@ -192,7 +191,7 @@ def penalty_study(
         exact = as_reference(EXACT if reference is None else reference, rigid, delay)
     task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
     data = run_comparison(task, "N/m", workers, journal, progress)
-    data.attrs |= {"left_out": chosen.left_out, "doubt": exact.doubt, **in_words(problem.system)}
+    data.attrs |= {"left_out": chosen.left_out, "doubt": exact.doubt, **problem.about}
     data.attrs["undamped"] = undamped_ones(problem.system, compliant.values())
     data = data if found is None else found.columns(data)
     span = problem.span[1] - problem.span[0]
@@ -203,7 +202,7 @@ def penalty_study(
             data = data.assign(beside_columns(runs, progress))
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1
-    return Study("stiffness", data, titled(problem.system, "the penalty limit"))
+    return Study("stiffness", data, problem.titled("the penalty limit"))
 
 
 def undamped_ones(system: System, runs: Iterable[Penalty]) -> str:

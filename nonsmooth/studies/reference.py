@@ -19,6 +19,7 @@ from nonsmooth.errors import InvalidInput, SimultaneousImpactWarning, Status, sh
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.jit import identity
+from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
@@ -26,7 +27,9 @@ from nonsmooth.results.stats import Stats, energy_gain, friction_gain
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.scenes.given import as_scene
 from nonsmooth.scenes.scene import Scene
+from nonsmooth.scenes.shapes import PLANAR
 from nonsmooth.studies.matched_events import Entrances
+from nonsmooth.sweeps.run_task import in_words
 from nonsmooth.sweeps.task import identity_of_model
 
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
@@ -66,6 +69,20 @@ class Problem:
     def system(self) -> System:
         """The system; made of the model where it is needed, since a model travels to other processes."""
         return as_system(self.model)
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates."""
+        return self.system.n_q
+
+    @property
+    def about(self) -> dict[str, str]:
+        """Name and parameters in words."""
+        return in_words(self.system)
+
+    def titled(self, question: str) -> str:
+        """What a study is called: the system, where it has a name, and the question."""
+        return ": ".join(part for part in (title_of(self.system), question) if part)
 
     @property
     def units_of_motion(self) -> tuple[list[str], list[str]]:
@@ -121,6 +138,21 @@ class Problem:
 @dataclass(frozen=True)
 class SceneProblem(Problem):
     """The same of a scene; its bodies have their start."""
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates, those of a place and a turn for each body."""
+        return (3 if self.scene.dim == PLANAR else 7) * len(self.scene)
+
+    @property
+    def about(self) -> dict[str, str]:
+        """Name and parameters in words."""
+        words = [f"{name} = {value:.4g}" for name, value in self.scene.parameter_values.items()]
+        return {"system": self.scene.name, "parameters": "  ".join(words)}
+
+    def titled(self, question: str) -> str:
+        """What a study is called: the scene and the question."""
+        return f"{self.scene.name or 'a scene'}: {question}"
 
     @property
     def units_of_motion(self) -> tuple[list[str], list[str]]:
@@ -255,7 +287,7 @@ def doubt_of_impacts(run: Solution) -> str:
 
 def as_given(pair: Any, problem: Problem) -> Reference:
     """States (q, u) that the caller knows."""
-    shape = (len(problem.times), problem.system.n_q)
+    shape = (len(problem.times), problem.n_q)
     q, u = (as_array(f"reference[{k}]", column) for k, column in enumerate(pair))
     q, u = (column.reshape(shape) if column.size == shape[0] * shape[1] else column for column in (q, u))
     if q.shape != shape or u.shape != shape:

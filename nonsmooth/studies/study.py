@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.errors import MissingExtra, UnknownName, nearest
-from nonsmooth.mechanics.description import title_of
-from nonsmooth.mechanics.system import System
 from nonsmooth.studies.laws_of_convergence import LEAST_KNOWN, Fit, fit_laws, observed_orders
 from nonsmooth.sweeps.task import CellStatus
 from nonsmooth.views import view
@@ -177,11 +175,6 @@ class Study:
 
     def __repr__(self) -> str:
         return f"Study({self.title!r}, {self.of} = {self.x[0]:.3g} .. {self.x[-1]:.3g})"
-
-
-def titled(system: System, question: str) -> str:
-    """What a study is called: the system, where it has a name, and the question."""
-    return ": ".join(part for part in (title_of(system), question) if part)
 
 
 def other_limit(study: Study) -> str:

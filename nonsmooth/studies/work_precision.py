@@ -22,10 +22,12 @@ from nonsmooth.checks.arrays import as_count, as_flag
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
-from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.start import own_state
 from nonsmooth.results.failures import StepFailure
+from nonsmooth.runs.times import span_of
+from nonsmooth.scenes.given import as_scene
 from nonsmooth.signals.telling import listening, tell
-from nonsmooth.studies.comparison import as_problem
+from nonsmooth.studies.comparison import as_motion
 from nonsmooth.studies.reference import Problem, with_step, with_tolerance
 from nonsmooth.studies.study import require_xarray
 from nonsmooth.studies.work_precision_result import WorkPrecision
@@ -46,9 +48,10 @@ class TimedMotion(NamedTuple):
     Attributes
     ----------
     system : System or model
-    t_span : (float, float)
-        Start and end [s].
-    q0, u0 : array_like
+    t_span : (float, float), optional
+        Start and end [s]; (0, t_end) when left out.
+    q0, u0 : array_like, optional
+        The model's default state when left out.
     times : array_like, optional
         When positions are compared [s]; 16 times when left out.
     reference : optional
@@ -56,9 +59,9 @@ class TimedMotion(NamedTuple):
     """
 
     system: Any
-    t_span: tuple[float, float]
-    q0: ArrayLike
-    u0: ArrayLike
+    t_span: tuple[float, float] | None = None
+    q0: ArrayLike | None = None
+    u0: ArrayLike | None = None
     times: ArrayLike | None = None
     reference: Any = None
 
@@ -120,7 +123,7 @@ class OwnMethod:
             solution = problem.run(self.made(setting), problem.times)
         stats = solution.stats
         q = solution.q[-len(problem.times) :]
-        return Trial(q, stats.wall_time, stats.evaluations or stats.steps, stats.steps)
+        return Trial(q, stats.wall_time, getattr(stats, "evaluations", 0) or stats.steps, stats.steps)
 
 
 class Known(NamedTuple):
@@ -187,7 +190,7 @@ def work_precision(
     found: dict[str, tuple[float, dict[str, list[dict[str, Any]]]]] = {}
     try:
         for name, motion in motions.items():
-            problem = as_problem(motion.system, motion.t_span, motion.q0, motion.u0, times_of(motion))
+            problem = problem_of(motion)
             known = as_known(motion.reference if motion.reference is not None else reference, problem)
             with part_shown(name, as_flag("progress", progress)):
                 found[name] = (known.disagreement, measure(name, problem, methods, known, repeats))
@@ -204,7 +207,7 @@ def as_scenes(systems: Any) -> dict[str, TimedMotion]:
     if isinstance(systems, Mapping):
         motions = dict(systems)
     else:
-        motions = {model.name: TimedMotion(model, (0.0, model.t_end), *model.state()) for model in systems}
+        motions = {model.name: TimedMotion(model) for model in systems}
     for name, motion in motions.items():
         if not isinstance(motion, TimedMotion):
             raise InvalidInput(f"{name!r} must be a TimedMotion(system, t_span, q0, u0); got {motion!r}")
@@ -220,24 +223,27 @@ def as_method(label: str, given: Any) -> Method:
     raise InvalidInput(f"{label!r} must be an integrator or its class, with dt or rtol, or a Method; got {given!r}")
 
 
-def times_of(motion: TimedMotion) -> ArrayLike:
-    """When positions are compared."""
-    if motion.times is not None:
-        return motion.times
-    t_0, t_1 = motion.t_span
-    return np.linspace(t_0, t_1, TIMES + 1)[1:]
+def problem_of(motion: TimedMotion) -> Problem:
+    """The motion, checked, and when positions are compared."""
+    span, start = span_of(motion.system, motion.t_span), (motion.q0, motion.u0)
+    own = own_state(motion.system)
+    if motion.q0 is None and motion.u0 is None and own is not None and as_scene(motion.system) is None:
+        start = own()
+    return as_motion(
+        motion.system, span, *start, None, np.linspace(*span, TIMES + 1)[1:] if motion.times is None else motion.times
+    )
 
 
 def as_known(given: Any, problem: Problem) -> Known:
     """The reference of a motion."""
-    n_q, times = as_system(problem.model).n_q, problem.times
+    times = problem.times
     pair = REFERENCES if given is None else given
     if isinstance(pair, tuple | list) and len(pair) == 2 and all(hasattr(one, "load") for one in pair):
         one, other = (problem.run(integrator, times).q[-len(times) :] for integrator in pair)
         return Known(one, distance(other, one))
     if callable(given):
         given = [given(float(t)) for t in times]
-    q = np.asarray(given, dtype=float)
+    q, n_q = np.asarray(given, dtype=float), problem.n_q
     if q.size != len(times) * n_q or not np.isfinite(q).all():
         raise InvalidInput(
             f"reference must be finite positions {len(times), n_q}: (times, coordinates), a function of time, or two "

@@ -15,7 +15,6 @@ import numpy as np
 from nonsmooth.checks.arrays import as_count, as_fraction, as_name, as_positive
 from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.contract import Integrator
-from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import identity
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.description import title_of
@@ -29,7 +28,7 @@ from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
-from nonsmooth.runs.times import Timetable, as_span, make_timetable
+from nonsmooth.runs.times import Timetable, make_timetable, own_steps, span_of
 from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of
 from nonsmooth.sweeps.block_engine import ASKS_AMPLITUDE, ASKS_PERIOD, BlockEngine, Settling
 from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE, Measure, doubt_of, measure_named, settled
@@ -62,9 +61,9 @@ class RunTask:
         "mode_changes", "residual", "penetration", "end_time". A callable takes the Solution and returns a number, an
         array or a dict of those; it runs cell by cell.
     t_span : (float, float), optional
-        Start and end [s]; (0, model.t_end) when left out.
+        Start and end [s]; (0, t_end) when left out.
     integrator : MoreauJean or another, optional
-        MoreauJean(model.dt) when left out.
+        MoreauJean(dt) when left out, with the ``dt`` of the model or the system.
     state : dict or (q0, u0), optional
         Arguments of ``model.state``; of a system without one its coordinates and their rates; {"q0[0]": ...} for an
         entry.
@@ -122,9 +121,9 @@ class RunTask:
         as_name("selection rule", selection, SELECTIONS)
         self.record = kinds_of_system(record)
         self.selection, self.every, self.window = selection, as_count("every", every), as_fraction("window", window)
-        self.integrator = MoreauJean(_own("dt", model)) if integrator is None else integrator
+        self.integrator = own_steps(model) if integrator is None else integrator
         require_integrator(self.integrator)
-        self.t_span = (0.0, _own("t_end", model)) if t_span is None else as_span(t_span)
+        self.t_span = span_of(model, t_span)
         self.settle, self.settle_by = as_positive("settle", settle), None
         if settle_by is not None:
             if not self._may_settle:
@@ -409,11 +408,3 @@ def inspect_rows(rows: Rows, t: float) -> None:
 def first_of_window(t: np.ndarray, fraction: float) -> int:
     """The first record that is not before this fraction of the span."""
     return int(np.searchsorted(t, t[0] + fraction * (t[-1] - t[0])))
-
-
-def _own(name: str, model: Any) -> float:
-    value = getattr(model, name, None)
-    if value is None:
-        option = {"dt": "integrator=MoreauJean(dt=...)", "t_end": "t_span=(start, end)"}[name]
-        raise InvalidInput(f"this system has no {name} of its own; give {option}")
-    return value

@@ -11,7 +11,7 @@ from nonsmooth.jit import identity
 from nonsmooth.results.scene_records import as_kinds
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.simulate import require_integrator, simulate_whole
-from nonsmooth.runs.times import as_span
+from nonsmooth.runs.times import as_span, own_steps
 from nonsmooth.scenes.given import as_scene
 from nonsmooth.sweeps.task import FunctionTask, as_values, name_of
 
@@ -26,9 +26,10 @@ class SceneTask(FunctionTask):
     measures : callable or sequence of callables
         Each takes the `SceneSolution` and returns a number, an array or a dict of those; the first two are kept under
         the name of the function.
-    t_span : (float, float)
-        [s]
-    integrator : MoreauJean
+    t_span : (float, float), optional
+        [s]; (0, t_end) of each scene when left out.
+    integrator : MoreauJean or Penalty, optional
+        MoreauJean(dt) of each scene when left out.
     every : int
         Steps between two records.
     record : sequence of str, optional
@@ -59,8 +60,8 @@ class SceneTask(FunctionTask):
         make_scene: Callable[..., Any],
         measures: Callable[..., Any] | Sequence[Callable[..., Any]],
         *,
-        t_span: tuple[float, float],
-        integrator: Any,
+        t_span: tuple[float, float] | None = None,
+        integrator: Any = None,
         every: int = 1,
         record: Sequence[str] | None = None,
     ) -> None:
@@ -70,8 +71,9 @@ class SceneTask(FunctionTask):
         self.measures = [measures] if callable(measures) else measures
         if not isinstance(self.measures, list | tuple) or not self.measures or not all(map(callable, self.measures)):
             raise InvalidInput(f"measures must be functions of the run of a scene; got {shown(measures)}")
-        require_integrator(integrator)
-        self.t_span, self.integrator = as_span(t_span), integrator
+        if integrator is not None:
+            require_integrator(integrator)
+        self.t_span, self.integrator = None if t_span is None else as_span(t_span), integrator
         self.every, self.record = as_count("every", every), as_kinds(record)
 
     def identity(self) -> str:
@@ -86,8 +88,9 @@ class SceneTask(FunctionTask):
         if scene is None:
             raise InvalidInput(f"{name_of(self.function)} must return an ns.Scene, or a ready scene")
         solution: Any = simulate_whole(
-            scene, self.t_span, integrator=self.integrator, every=self.every, record=self.record, progress=None
-        )
+            scene, self.t_span, integrator=own_steps(scene) if self.integrator is None else self.integrator,
+            every=self.every, record=self.record, progress=None,
+        )  # fmt: skip
         return self._measured(solution)
 
     def _measured(self, solution: SceneSolution) -> dict[str, Any]:

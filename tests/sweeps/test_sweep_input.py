@@ -15,6 +15,7 @@ from models.bead_chain import BeadChain
 from models.belt_oscillator import BeltOscillator
 from models.self_locking_rod import SelfLockingRod
 from nonsmooth.sweeps.progress import Progress, Snapshot, duration
+from tests.systems import ball
 
 BELT = ns.RunTask(BeltOscillator(), t_span=(0, 0.1), integrator=ns.MoreauJean(1e-2))
 ROD = ns.RunTask(SelfLockingRod(), t_span=(0, 0.01))
@@ -88,8 +89,8 @@ def test_refused_tasks():
     ):
         with pytest.raises(ns.InvalidInput, match=words):
             ns.RunTask(belt, **options)
-    with pytest.raises(ns.InvalidInput, match="no dt of its own; give integrator"):
-        ns.RunTask(belt.system(), t_span=(0, 1))
+    with pytest.raises(ns.InvalidInput, match="no dt to step with; give integrator"):
+        ns.RunTask(ball(), t_span=(0, 1))
     given = ns.RunTask(belt, t_span=(0, 1), state={"q0": [0.0], "u0": [0.0]})
     with pytest.raises(ns.InvalidInput, match=r"use q0\[i\]"):
         ns.sweep(given, {"x": [0.0]}, progress=False)
