@@ -36,20 +36,17 @@ from nonsmooth.results.growing_array import map_rows
 from nonsmooth.results.ledger import finder_of_ledger
 from nonsmooth.results.motion import of_records
 from nonsmooth.results.npz import fill_npz, read_npz
-from nonsmooth.results.recorded import IMPULSES, KINDS, LEDGER
+from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import KIND_OF, PER_RECORD, Solution
+from nonsmooth.results.solution import PER_RECORD, Solution
 from nonsmooth.results.stats import Stats
+from nonsmooth.results.table import EVENT, SYSTEM, columns_along, row_type
 
 CHECKPOINT_SCHEMA, KIND, SCENE_KIND = 1, "checkpoint", "scenecheckpoint"  # code: of the form of the file
 READERS = {KIND: ("System", "ns.Solution.load"), SCENE_KIND: ("scene", "ns.SceneSolution.load")}
-RECORDS, EVENTS, STATE, PART = "records.npy", "events.npy", "state.npz", "state.npz.part"
+STATE, PART = "state.npz", "state.npz.part"
 HASHED = "#"  # code: how a fact begins that is told by its hash alone
-EVENT_NAMES = (
-    "t", "kind", "contact", "mode_before", "slip_before", "mode_after", "slip_after", "P_N", "P_F", "gamma_N",
-    "gamma_F", "n_solutions", "found",
-)  # fmt: skip
-EVENT_ROW = np.dtype([(name, "<f8") for name in EVENT_NAMES])
+EVENT_ROW = np.dtype([(column.name, "<f8") for column in EVENT])
 
 
 class Shape(NamedTuple):
@@ -62,19 +59,6 @@ class Shape(NamedTuple):
     recorded: tuple[str, ...] = KINDS
 
 
-def row_type(n: int, n_c: int, d: int, has_forces: bool, recorded: tuple[str, ...] = KINDS) -> np.dtype:
-    """A row of ``records.npy``."""
-    sizes = {"n_q": n, "n_u": n, "n_c": n_c, "d": d}
-    columns = [
-        (name, dtypes[-1], tuple(size if isinstance(size, int) else sizes[size] for size in shape[1:]))
-        for name, (dtypes, shape) in PER_RECORD.items()
-        if KIND_OF.get(name) in (None, *recorded)
-    ]
-    works = [("ledger", "<f8", (N_LEDGER,))] if LEDGER in recorded else []
-    forces = [("la", "<f8", (n_c, 2))] if has_forces and IMPULSES in recorded else []
-    return np.dtype([*columns, *works, *forces])
-
-
 class Layout(NamedTuple):
     """What a checkpoint holds."""
 
@@ -85,8 +69,12 @@ class Layout(NamedTuple):
 
 def layout_of(shape: Shape) -> Layout:
     """That of a run of a `System`."""
-    events = {"events": EVENT_ROW} if "events" in shape.recorded else {}
-    return Layout(KIND, shape, {"records": row_type(*shape)} | events)
+    sizes = {"n_q": shape.n, "n_u": shape.n, "n_c": shape.n_c, "d": shape.d}
+    columns = tuple(column for column in columns_along(SYSTEM, "n_t", shape.recorded)
+                    if shape.has_forces or column.name != "la")  # fmt: skip
+    works = [("ledger", "<f8", (N_LEDGER,))] if LEDGER in shape.recorded else []
+    events = {EVENTS: EVENT_ROW} if EVENTS in shape.recorded else {}
+    return Layout(KIND, shape, {"records": np.dtype(row_type(columns, sizes).descr + works)} | events)
 
 
 class Checkpoint:
@@ -256,7 +244,7 @@ def load_checkpoint(
     said = about["said"]
     system = system_of(said["model"], shape.n, shape.n_c)
     kept: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
-    columns = {name: kept.get(name) for name in (*PER_RECORD, "la")}
+    columns = {name: kept.get(name) for name in PER_RECORD}
     record = types.SimpleNamespace(**kept)
     events = _in_time(arrays["events"]) if "events" in arrays else None
     theta, find_motion = said["theta"], None

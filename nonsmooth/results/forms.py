@@ -50,6 +50,11 @@ def require_forms(forms: Mapping[str, Form], rules: Mapping[str, Rule]) -> dict[
         for wanted, size in zip(shape, form.shape, strict=True):
             if size != (sizes.setdefault(wanted, size) if isinstance(wanted, str) else wanted):
                 raise ValueError(f"{name} must have the shape ({_shown(shape, sizes)}); it has {form.shape}")
+    for symbol, size in sizes.items():
+        parts = [int(part) if part.isdigit() else sizes.get(part, -1) for part in symbol.split(" + ")]
+        if min(parts) >= 0 and size != sum(parts):
+            name = next(name for name, (_, shape) in rules.items() if symbol in shape)
+            raise ValueError(f"{name} must have {symbol} = {sum(parts)} entries; it has {size}")
     return sizes
 
 

@@ -8,7 +8,7 @@ direction and event.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +19,15 @@ from nonsmooth.checks.files import whole_file
 from nonsmooth.errors import MissingExtra
 from nonsmooth.integrators.records import EVENT_KIND
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.results.checkpoint import EVENT_NAMES
 from nonsmooth.results.events import EventKind
+from nonsmooth.results.forms import WHOLE
 from nonsmooth.results.netcdf import NETCDF_KIND
-from nonsmooth.results.recorded import EVENTS, IMPULSES, LEDGER, MODES
+from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER
 from nonsmooth.results.scene_contacts import modes_of, normal_and_friction
 from nonsmooth.results.scene_events import SceneEventKind
 from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, PAIRS
 from nonsmooth.results.seal import seal
+from nonsmooth.results.table import EVENT, SYSTEM, Column, columns_along
 
 if TYPE_CHECKING:
     import pandas
@@ -37,7 +38,13 @@ if TYPE_CHECKING:
 
 SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records", "events", "pairs")
 AXES = ("x", "y", "z")
-Variable = tuple[tuple[str, ...], Any, dict[str, str]]
+# the dimension of each symbol of a shape
+DIMENSIONS = {
+    "n_t": "t", "n_q": "coordinate", "n_u": "velocity", "n_c": "contact", "d": "direction", "n_events": "event",
+    "found *": "found_*",
+}  # fmt: skip
+BY_NAME = {column.name: column for column in SYSTEM}
+Variable = tuple[tuple[str, ...], Any, dict[str, Any]]
 
 
 def require_data(module: str) -> Any:
@@ -55,17 +62,20 @@ def column(dims: str, values: Any, units: str, meaning: str) -> Variable:
     return tuple(dims.split()), np.asarray(values), {"units": units, "long_name": meaning}
 
 
-def modes_as_attributes() -> dict[str, Any]:
-    """What the numbers of modes mean, as the CF conventions tell flags."""
-    return {
-        "flag_values": np.array([int(mode) for mode in ContactMode]),
-        "flag_meanings": " ".join(mode.name.lower() for mode in ContactMode),
-    }
+def variable(column: Column, values: Any, word: str = "") -> Variable:
+    """A column of a table as a variable of a dataset; ``word`` stands where its name has a ``*``."""
+    dims = tuple(DIMENSIONS[size].replace("*", word) for size in column.shape)  # type: ignore[index]
+    told = {"units": column.unit, "long_name": column.meaning.replace("*", word)}
+    return dims, np.asarray(values), told
 
 
 def with_flags(variable: Variable) -> Variable:
-    """A variable of modes, with what its numbers mean."""
-    return variable[0], variable[1], variable[2] | modes_as_attributes()
+    """A variable of modes, with what its numbers mean, as the CF conventions tell flags."""
+    flags = {
+        "flag_values": np.array([int(mode) for mode in ContactMode]),
+        "flag_meanings": " ".join(mode.name.lower() for mode in ContactMode),
+    }
+    return variable[0], variable[1], variable[2] | flags
 
 
 def about_of(solution: Solution | SceneSolution) -> dict[str, str]:
@@ -84,42 +94,34 @@ def ledger_of(solution: Solution | SceneSolution) -> dict[str, Variable]:
     }
 
 
-# the columns of a System: dimensions, units, meaning
-OF_SYSTEM = {
-    "q": ("t coordinate", "", "coordinates"),
-    "u": ("t velocity", "", "velocities"),
-    "g_N": ("t contact", "m", "gaps"),
-    "P_N": ("t contact", "N s", "normal impulses since the record before"),
-    "P_F": ("t contact direction", "N s", "friction impulses since the record before"),
-    "mode": ("t contact", "1", "mode of the last step"),
-    "slip": ("t contact", "1", "sign of sliding"),
-}
-
-
 def system_dataset(solution: Solution) -> xarray.Dataset:
     """A run of a `System` as an ``xarray.Dataset``."""
     xarray = require_data("xarray")
-    own, recorded = solution.__getstate__(), solution.recorded
-    data = {name: column(dims, own[name], *told) for name, (dims, *told) in OF_SYSTEM.items() if own[name] is not None}
-    data |= {"mode": with_flags(data["mode"])} if MODES in recorded else {}
-    data |= ledger_of(solution) if LEDGER in recorded else {}
-    if own["la"] is not None:
-        data["la_N"] = column("t contact", solution.la[:, :, 0], "N", "normal forces")  # type: ignore[index]
-        data["la_F"] = column("t contact", solution.la[:, :, 1], "N", "friction forces")  # type: ignore[index]
+    found = {each.name: (each, values) for each, values in recorded_of(solution)}
+    _, la = found.pop("la", (None, None))
+    data = {name: variable(*of_name) for name, of_name in found.items()}
+    data |= {"mode": with_flags(data["mode"])} if "mode" in data else {}
+    data |= ledger_of(solution) if LEDGER in solution.recorded else {}
+    if la is not None:
+        data["la_N"] = column("t contact", la[:, :, 0], "N", "normal forces")
+        data["la_F"] = column("t contact", la[:, :, 1], "N", "friction forces")
     for name in {"q", "u"} & data.keys():
         data[name][2]["units"] = unit_of_all(solution, name)
-    if EVENTS in recorded:
+    if EVENTS in solution.recorded:
+        data |= {f"event_{each.name}": variable(each, solution.event_rows[:, k]) for k, each in enumerate(EVENT)}
+    for k in range(len(solution.t_events)):
         data |= {
-            f"event_{name}": column("event", solution.event_rows[:, k], OF_EVENTS.get(name, ""), f"{name} of events")
-            for k, name in enumerate(EVENT_NAMES)
+            f"{name}_{k}": variable(BY_NAME[f"{name}/*"], getattr(solution, name)[k], str(k))
+            for name in ("t_events", "q_events", "u_events")
         }
-    n_q = len(solution.described.coordinates)
-    for k, (t, q, u) in enumerate(zip(solution.t_events, solution.q_events, solution.u_events, strict=True)):
-        data[f"t_events_{k}"] = column(f"found_{k}", t, "s", f"when function {k} of the user reached zero")
-        data[f"q_events_{k}"] = column(f"found_{k} coordinate", q.reshape(len(t), n_q), "", "coordinates there")
-        data[f"u_events_{k}"] = column(f"found_{k} velocity", u.reshape(len(t), n_q), "", "velocities there")
-    coordinates: dict[str, Any] = {"t": column("t", solution.t, "s", "time")} | names_of_coordinates(solution)
+    coordinates: dict[str, Any] = {"t": data.pop("t")} | names_of_coordinates(solution)
     return xarray.Dataset(data, coordinates, about_of(solution))
+
+
+def recorded_of(solution: Solution) -> list[tuple[Column, np.ndarray]]:
+    """The columns of the records that a run has."""
+    own = solution.__getstate__()
+    return [(each, own[each.name]) for each in columns_along(SYSTEM, "n_t", KINDS) if own[each.name] is not None]
 
 
 def names_of_coordinates(solution: Solution) -> dict[str, Any]:
@@ -154,44 +156,46 @@ def system_table(solution: Solution, what: str = "records") -> pandas.DataFrame:
     as_name("table", what, SYSTEM_TABLES)
     pandas = require_data("pandas")
     if what == "events":
-        table = pandas.DataFrame(dict(zip(EVENT_NAMES, solution.event_rows.T, strict=True)))
-        whole = {name: np.int64 for name in EVENT_NAMES if name in WHOLE_OF_EVENTS}
+        table = pandas.DataFrame({each.name: rows for each, rows in zip(EVENT, solution.event_rows.T, strict=True)})
+        whole = {each.name: np.int64 for each in EVENT if each.dtype == WHOLE}
         kinds = [EventKind(int(kind)).name for kind in solution.event_rows[:, EVENT_KIND]]
         names = [solution.described.contacts[k] if k >= 0 else "" for k in table.contact.astype(int)]
         told = {"kind": np.array(kinds, dtype=object), "contact_name": np.array(names, dtype=object)}
-        return with_units(table.astype(whole).assign(**told), OF_EVENTS)
-    own, recorded, units = solution.__getstate__(), solution.recorded, {"t": "s"}
-    columns = {"t": solution.t}
-    for kind, pairs in (("q", solution.described.coordinates), ("u", solution.described.rates)):
-        if own[kind] is not None:
-            columns |= {name: values for (name, _), values in zip(pairs, own[kind].T, strict=True)}
-            units |= {name: unit for name, unit in pairs if unit}
-    places = [name if name != f"contact {k}" else str(k) for k, name in enumerate(solution.described.contacts)]
-    for kind in ("g_N", "P_N"):
-        if own[kind] is not None:
-            columns |= {f"{kind}[{place}]": values for place, values in zip(places, own[kind].T, strict=True)}
-    if IMPULSES in recorded:
-        d = solution.P_F.shape[2]
-        columns |= {f"P_F[{place},{a}]" if d > 1 else f"P_F[{place}]": solution.P_F[:, k, a]
-                    for k, place in enumerate(places) for a in range(d)}  # fmt: skip
-    units |= {name: OF_SYSTEM[name.partition("[")[0]][1] for name in columns if name.partition("[")[0] in OF_SYSTEM
-              and name not in units}  # fmt: skip
-    if MODES in recorded:
-        columns |= {f"mode[{place}]": named_modes(solution.mode[:, k]) for k, place in enumerate(places)}
-    works = solution.ledger if LEDGER in recorded else {}
+        return with_units(table.astype(whole).assign(**told), {each.name: each.unit for each in EVENT})
+    columns, units = {}, {}
+    for each, values in recorded_of(solution):
+        for name, unit, part in parts_of(solution, each, values):
+            columns[name], units[name] = part, unit
+    works = solution.ledger if LEDGER in solution.recorded else {}
     columns |= {f"{name} [J]": values for name, values in works.items()}
     return with_units(pandas.DataFrame(columns), units | {f"{name} [J]": "J" for name in works})
+
+
+def parts_of(solution: Solution, each: Column, values: np.ndarray) -> Iterator[tuple[str, str, np.ndarray]]:
+    """The columns (n_t,) of one column of the records, with names and units."""
+    described = solution.described
+    if each.name == "t":
+        yield "t", each.unit, values
+    elif each.name in ("q", "u"):
+        pairs = described.coordinates if each.name == "q" else described.rates
+        yield from ((name, unit, part) for (name, unit), part in zip(pairs, values.T, strict=True))
+    elif each.name not in ("slip", "la"):
+        for k, name in enumerate(described.contacts):
+            place = str(k) if name == f"contact {k}" else name
+            if each.name == "mode":
+                yield f"mode[{place}]", "", named_modes(values[:, k])
+            elif values.ndim == 2:
+                yield f"{each.name}[{place}]", each.unit, values[:, k]
+            else:
+                d = values.shape[2]
+                named = [f"{each.name}[{place},{a}]" if d > 1 else f"{each.name}[{place}]" for a in range(d)]
+                yield from zip(named, [each.unit] * d, values[:, k].T, strict=True)
 
 
 def with_units(table: pandas.DataFrame, units: dict[str, str]) -> pandas.DataFrame:
     """A table that knows the units of its columns, where they have one."""
     table.attrs["units"] = {name: unit for name, unit in units.items() if unit and name in table}
     return table
-
-
-# units of the columns of events
-OF_EVENTS = {"t": "s", "P_N": "N s", "P_F": "N s", "gamma_N": "m/s", "gamma_F": "m/s"}
-WHOLE_OF_EVENTS = ("contact", "mode_before", "slip_before", "mode_after", "slip_after", "n_solutions", "found")
 
 
 def named_modes(modes: np.ndarray) -> np.ndarray:

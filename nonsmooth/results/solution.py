@@ -22,42 +22,29 @@ from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.mechanics.description import Description, numbered, title_of
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.events import Event, ParadoxEvent, event_of
-from nonsmooth.results.forms import REAL, WHOLE, Rule
 from nonsmooth.results.ledger import finder_of_ledger, ledger_behind_start
 from nonsmooth.results.motion import Motion, Side, StateAt
 from nonsmooth.results.recorded import (
-    COORDINATES,
     EVENTS,
-    GAPS,
-    IMPULSES,
     KINDS,
     KINDS_BETWEEN,
     LEDGER,
-    MODES,
-    VELOCITIES,
     not_recorded,
 )
 from nonsmooth.results.stats import Stats
+from nonsmooth.results.table import ALWAYS, SYSTEM, columns_along
 from nonsmooth.views import view
 
-# the columns of the records, in memory and in every file: dtype and shape
-PER_RECORD: dict[str, Rule] = {
-    "t": (REAL, ("n_t",)), "q": (REAL, ("n_t", "n_q")), "u": (REAL, ("n_t", "n_u")), "g_N": (REAL, ("n_t", "n_c")),
-    "P_N": (REAL, ("n_t", "n_c")), "P_F": (REAL, ("n_t", "n_c", "d")), "mode": (WHOLE, ("n_t", "n_c")),
-    "slip": (WHOLE, ("n_t", "n_c")),
-}  # fmt: skip
-
+PER_RECORD = {column.name: column.kind for column in columns_along(SYSTEM, "n_t", KINDS)}
 # the kind of each field that is there if its kind was recorded
-KIND_OF = {
-    "q": COORDINATES, "u": VELOCITIES, "g_N": GAPS, "P_N": IMPULSES, "P_F": IMPULSES, "la": IMPULSES, "mode": MODES,
-    "slip": MODES, "find_ledger": LEDGER, "event_rows": EVENTS,
-}  # fmt: skip
+KIND_OF = PER_RECORD | {"find_ledger": LEDGER, "event_rows": EVENTS}
 
 
-def per_record(record: records.Columns, recorded: tuple[str, ...]) -> dict[str, Any]:
+def per_record(record: records.Columns, recorded: tuple[str, ...], has_forces: bool) -> dict[str, Any]:
     """Those columns of the rows that a run wrote; None for what was not recorded."""
     columns = record._asdict() | {"P_N": record.P[:, :, 0], "P_F": record.P[:, :, 1:]}
-    return {name: columns[name] if KIND_OF.get(name) in (None, *recorded) else None for name in PER_RECORD}
+    columns |= {} if has_forces else {"la": None}
+    return {name: columns[name] if kind in (ALWAYS, *recorded) else None for name, kind in PER_RECORD.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +142,7 @@ class Solution:
     def without_start(self) -> Solution:
         """The same without its first record; impulses and works remain those since the start."""
         own = self.__getstate__()
-        changes = {name: own[name][1:] for name in (*PER_RECORD, "la") if own[name] is not None}
+        changes = {name: own[name][1:] for name in PER_RECORD if own[name] is not None}
         if own["find_ledger"] is not None:
             changes["find_ledger"] = functools.partial(ledger_behind_start, own["find_ledger"], len(self.t))
         return self.changed(**changes, theta=None)  # a step less than the motion has
@@ -380,7 +367,7 @@ class FoundLater:
         if self.name not in own:
             own.update({**own["_find_rest"](), **own})  # what was set stays
         value = own[self.name]
-        if value is None and self.kind is not None and self.kind not in solution.recorded:
+        if value is None and self.kind and self.kind not in solution.recorded:
             raise not_recorded(self.name.removeprefix("find_"), self.kind)
         return value
 
@@ -388,7 +375,7 @@ class FoundLater:
         vars(solution)[self.name] = value
 
 
-FOUND_LATER = (*PER_RECORD, "find_ledger", "find_motion", "stats", "about", "la", "theta")
+FOUND_LATER = (*PER_RECORD, "find_ledger", "find_motion", "stats", "about", "theta")
 for _name in (*FOUND_LATER, "event_rows"):
     setattr(Solution, _name, FoundLater(_name))
 
@@ -398,10 +385,9 @@ def rest_of_run(
     recorded: tuple[str, ...],
 ) -> dict[str, Any]:  # fmt: skip
     """The fields of a solution that are found later, from the rows of the loop."""
-    return per_record(record, recorded) | {
+    return per_record(record, recorded, integrator.has_forces) | {
         "find_ledger": finder_of_ledger(system, record, recorded), "find_motion": find_motion, "stats": stats,
         "about": about_run(system, integrator),
-        "la": record.la if integrator.has_forces and IMPULSES in recorded else None,
         "theta": theta_of(integrator) if find_motion is not None else None,
     }  # fmt: skip
 

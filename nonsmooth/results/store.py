@@ -18,32 +18,26 @@ import numpy as np
 
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, ModelNotFoundWarning, Status, warn_caller
-from nonsmooth.integrators.records import EVENT_WIDTH
 from nonsmooth.mechanics.description import names_in_file, of_names
 from nonsmooth.mechanics.system import System
-from nonsmooth.results.forms import REAL, Form, Rule, require_forms
+from nonsmooth.results.forms import Form, require_forms
 from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import KIND_OF, PER_RECORD, Solution
+from nonsmooth.results.solution import PER_RECORD, Solution
 from nonsmooth.results.stats import Stats
+from nonsmooth.results.table import SYSTEM, rules_of
 from nonsmooth.views import view
 
 SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file
 HDF5 = (".h5", ".hdf5")
 ENDINGS, NETCDF = (".npz", *HDF5), ".nc"
-ARRAYS = PER_RECORD | {"event_rows": (REAL, ("n_events", EVENT_WIDTH))}
-FORCES: dict[str, Rule] = {"la": (REAL, ("n_t", "n_c", 2))}
+ARRAYS = (*PER_RECORD, "event_rows")
 LEDGER = "ledger/"
 OF_EVENTS = ("t_events", "q_events", "u_events")
 MOTION, STEPS = "motion/", ("t", "h", "q", "u", "B")
-OF_MOTION: dict[str, Rule] = {
-    "motion/t": (REAL, ("m",)), "motion/h": (REAL, ("m",)), "motion/q": (REAL, ("m", "n_q")),
-    "motion/u": (REAL, ("m", "n_u")), "motion/B": (REAL, ("m", "degree", "n_u")), "motion/start": (REAL, ("ends",)),
-    "motion/end": (REAL, ("ends",)),
-}  # fmt: skip
 
 
 def save(solution: Solution, path: str | Path) -> Path:
@@ -73,7 +67,7 @@ def content_of(solution: Solution) -> tuple[str, dict[str, np.ndarray]]:
 
 def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     own = solution.__getstate__()
-    arrays = {name: own[name] for name in (*ARRAYS, "la") if own[name] is not None}
+    arrays = {name: own[name] for name in ARRAYS if own[name] is not None}
     if own["find_ledger"] is not None:
         arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
     for name in OF_EVENTS:
@@ -136,14 +130,7 @@ def _read_hdf5(path: Path) -> Archive:
 
 def _check(forms: Mapping[str, Form]) -> None:
     """Raise unless these are the arrays of a solution: of what it recorded, all."""
-    left_out = {kind for name, kind in KIND_OF.items() if name in ARRAYS and name not in forms}
-    rules = {name: rule for name, rule in ARRAYS.items() if KIND_OF.get(name) not in left_out}
-    rules |= {name: rule for name, rule in FORCES.items() if name in forms}
-    rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
-    rules |= OF_MOTION if OF_MOTION.keys() & forms.keys() else {}
-    sizes = require_forms(forms, rules)
-    if sizes.get("ends", 0) not in (0, 1 + sizes.get("n_q", 0) + sizes.get("n_u", 0)):
-        raise ValueError(f"motion/start must have {1 + sizes['n_q'] + sizes['n_u']} entries; it has {sizes['ends']}")
+    require_forms(forms, rules_of(SYSTEM, forms))
 
 
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
@@ -152,7 +139,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
     find_ledger: Any = functools.partial(_rows_of, ledger) if ledger else None
     events: dict[str, Any] = {name: _numbered(arrays, name) for name in OF_EVENTS}
     return Solution(
-        **columns, **events, find_ledger=find_ledger, la=arrays.get("la"),
+        **columns, **events, find_ledger=find_ledger,
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
         names=of_names(about["names"]), named_model=about["model"], theta=about["theta"],
         find_motion=_find_motion(about["theta"], arrays),

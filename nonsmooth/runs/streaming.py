@@ -201,7 +201,7 @@ class StreamingRecorder(Recorder):
         """Records as rows of the file."""
         row = self.store.layout.rows["records"]
         rows = np.empty(len(record.t), row)
-        columns = per_record(record, self.recorded) | {"ledger": record.ledger, "la": record.la}
+        columns = per_record(record, self.recorded, has_forces=True) | {"ledger": record.ledger}
         for name in row.names or ():
             rows[name] = columns[name]
         return rows

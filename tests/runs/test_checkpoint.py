@@ -111,10 +111,10 @@ def test_the_state_between_two_records_at_which_a_run_stopped_is_its_last_row_un
 def test_a_finished_run_is_read_not_run(tmp_path, bits):
     arguments, options = RUNS["rod"]
     first = ns.simulate(*arguments, **options, checkpoint=tmp_path / "run.ckpt")
-    before = (tmp_path / "run.ckpt" / store.RECORDS).stat().st_mtime_ns
+    before = (tmp_path / "run.ckpt" / "records.npy").stat().st_mtime_ns
     again = ns.simulate(*arguments, **options, resume=tmp_path / "run.ckpt")
     assert again.success and bits(again) == bits(first) and again.stats.steps == first.stats.steps
-    assert (tmp_path / "run.ckpt" / store.RECORDS).stat().st_mtime_ns == before
+    assert (tmp_path / "run.ckpt" / "records.npy").stat().st_mtime_ns == before
 
 
 def test_a_run_that_fails_leaves_the_same_partial_solution_and_fails_again_when_resumed(small, tmp_path, bits):

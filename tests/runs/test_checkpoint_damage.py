@@ -43,8 +43,10 @@ def refusals(path):
         yield str(refusal.value)
 
 
-@pytest.mark.parametrize(("name", "row"), [(store.RECORDS, store.row_type(1, 1, 0, False)),
-                                           (store.EVENTS, store.EVENT_ROW)])  # fmt: skip
+ROWS = store.layout_of(store.Shape(1, 1, 0, False)).rows
+
+
+@pytest.mark.parametrize(("name", "row"), [(f"{name}.npy", row) for name, row in ROWS.items()])
 @pytest.mark.parametrize("part", [0.0, 0.3, 0.99])
 def test_an_edited_number_is_refused_wherever_it_stands(path, name, row, part):
     start, size = rows_at(row), (path / name).stat().st_size
@@ -66,8 +68,8 @@ def test_a_header_that_changed_and_a_file_that_is_lost_are_refused(path, name):
 def test_a_number_of_rows_that_was_lowered_is_noticed_to_the_row_at_which_the_run_stopped(path):
     """That row belongs to no record yet, but to what the run said when it stopped."""
     shown = len(ns.Solution.load(path).t)
-    content = (path / store.RECORDS).read_bytes()
-    (path / store.RECORDS).write_bytes(content.replace(b"(%d,)" % shown, b"(%d,)" % (shown - 1)))
+    content = (path / "records.npy").read_bytes()
+    (path / "records.npy").write_bytes(content.replace(b"(%d,)" % shown, b"(%d,)" % (shown - 1)))
     assert all("are not what was written, or are not there" in said for said in refusals(path))
 
 
@@ -104,11 +106,11 @@ def test_rows_that_a_power_failure_took_are_not_shown_and_computed_again(small, 
     whole = ns.simulate(*RUN, **STEP)
     rows = len(ns.Solution.load(path).t)
     assert rows > kept + 5
-    content = bytearray((path / store.RECORDS).read_bytes())
-    row = store.row_type(1, 1, 0, False)
+    content = bytearray((path / "records.npy").read_bytes())
+    row = store.layout_of(store.Shape(1, 1, 0, False)).rows["records"]
     start = rows_at(row) + (rows - 3) * row.itemsize
     content[start:] = bytes(len(content) - start)
-    (path / store.RECORDS).write_bytes(content)
+    (path / "records.npy").write_bytes(content)
     shown = ns.Solution.load(path)
     assert kept <= len(shown.t) <= rows - 3 and (shown.q == whole.q[: len(shown.q)]).all()
     assert bits(ns.simulate(*RUN, **STEP, resume=path)) == bits(whole)

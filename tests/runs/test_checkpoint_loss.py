@@ -128,7 +128,7 @@ def test_kill_9_at_any_moment_leaves_a_file_that_opens_and_goes_on_to_the_same_b
 def test_what_a_dying_program_left_behind_its_last_row_is_not_looked_at(small, tmp_path, bits):
     path = tmp_path / "run.ckpt"
     stopped = ns.simulate(*BALL, **STEP, checkpoint=path, max_wall_time=1e-9, on_failure="return")
-    for name in (store.RECORDS, store.EVENTS, store.PART):
+    for name in ("records.npy", "events.npy", store.PART):
         with open(path / name, "ab") as file:
             file.write(b"torn" * 11)
     assert bits(ns.Solution.load(path)).items() <= bits(stopped).items()
@@ -140,7 +140,7 @@ def test_a_run_that_died_before_its_first_state_was_kept_begins_again(small, tmp
     with monkeypatch.context() as patch, pytest.raises(MemoryError):
         patch.setattr(np, "savez", lambda *_, **__: (_ for _ in ()).throw(MemoryError()))
         ns.simulate(*BALL, **STEP, checkpoint=path)
-    assert not (path / store.STATE).exists() and (path / store.RECORDS).exists()
+    assert not (path / store.STATE).exists() and (path / "records.npy").exists()
     assert bits(ns.simulate(*BALL, **STEP, resume=path)) == bits(ns.simulate(*BALL, **STEP))
 
 
@@ -200,7 +200,7 @@ def test_the_memory_of_a_run_that_streams_does_not_grow_with_its_records(tmp_pat
         peaks[n] = min(peaks.get(n, math.inf), tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         assert len(solution.t) == n + 1
-        record_bytes = (path / store.RECORDS).stat().st_size
+        record_bytes = (path / "records.npy").stat().st_size
     assert record_bytes > 9e6 and max(peaks.values()) < 2**20
     assert peaks[100_000] < peaks[10_000] + 2**16
 
