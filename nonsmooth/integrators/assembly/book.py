@@ -71,24 +71,23 @@ def book_contact(bodies, network, c, v_before, d, n):
 
 
 @kernel
-def book_contacts(bodies, network, v_before, d, n, work):
-    """What the impulses of a contact problem do, from the velocities before it to those after."""
+def is_of_step(contacts, network, c):
+    """Whether the work of the normal of contact c is none of a law: of a joint, or of what was closed and pressed."""
+    at = contacts.held[c]
+    return is_joint(network, c) or (network.P[c, 0] > 0.0 and at >= 0 and contacts.closing_before[at] == 0.0)
+
+
+@kernel
+def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
+    """Book what the impulses of a contact problem do, from the velocities before it to those after."""
     for c in range(network.n_c):
         if acts(network, c):
             normal, friction, surface = book_contact(bodies, network, c, v_before, d, n)
             work[NORMAL_WORK] += normal
+            if not is_impact and is_of_step(contacts, network, c):
+                work[STEP_WORK] += normal
             work[FRICTION_WORK] += friction
             work[SURFACE_WORK] += surface
-
-
-@kernel
-def book_steps(bodies, contacts, network, d, n, work):
-    """The part of the work of normals that is none of a law."""
-    for c in range(network.n_c):
-        at = contacts.held[c]
-        if is_joint(network, c) or (network.P[c, 0] > 0.0 and at >= 0 and contacts.closing_before[at] == 0.0):
-            normal, _, _ = book_contact(bodies, network, c, bodies.v_0, d, n)
-            work[STEP_WORK] += normal
 
 
 @kernel
@@ -130,8 +129,7 @@ def book(bodies, found, contacts, network, moves, ledger, dt, is_pushed):
     n = 3 * (d - 1)
     for column in range(N_SCENE_LEDGER):
         ledger.before[column] = ledger.work[column]
-    book_contacts(bodies, network, bodies.v_0, d, n, ledger.work)
-    book_steps(bodies, contacts, network, d, n, ledger.work)
+    book_contacts(bodies, contacts, network, bodies.v_0, d, n, ledger.work, False)
     book_gravity(bodies, network, moves, dt, is_pushed, ledger.work)
     add_impulses(contacts, network, d, True)
     keep_impulses(bodies, found, network, d, contacts)
@@ -146,14 +144,15 @@ def book_step(bodies_at, found_at, contacts_at, network_at, moves_at, ledger_at,
     book(bodies, found, contacts, network, moves, ledger, dt, is_pushed)
 
 
-@kernel("void(int64, int64, int64)")
-def book_landing(bodies_at, network_at, ledger_at):
-    """What the contacts of a step take from its free motion, before they rebound."""
-    bodies, network, ledger = view(bodies_at, Bodies), view(network_at, Network), view(ledger_at, Ledger)
+@kernel("void(int64, int64, int64, int64)")
+def book_landing(bodies_at, contacts_at, network_at, ledger_at):
+    """Book what the contacts of a step take from its free motion, before they rebound."""
+    bodies, contacts = view(bodies_at, Bodies), view(contacts_at, Contacts)
+    network, ledger = view(network_at, Network), view(ledger_at, Ledger)
     d = bodies.gravity.shape[0]
     for column in range(N_SCENE_LEDGER):
         ledger.landing[column] = 0.0
-    book_contacts(bodies, network, network.v_free, d, 3 * (d - 1), ledger.landing)
+    book_contacts(bodies, contacts, network, network.v_free, d, 3 * (d - 1), ledger.landing, True)
 
 
 @kernel("float64(int64, int64, int64, int64)")
@@ -165,7 +164,7 @@ def book_impact(bodies_at, contacts_at, network_at, ledger_at):
     n = 3 * (d - 1)
     work, landing = ledger.work, ledger.landing
     before = work[NORMAL_WORK] + work[FRICTION_WORK]
-    book_contacts(bodies, network, network.v_free, d, n, work)
+    book_contacts(bodies, contacts, network, network.v_free, d, n, work, True)
     add_impulses(contacts, network, d, False)
     finish(bodies, network, n)
     return work[NORMAL_WORK] + work[FRICTION_WORK] - before + landing[NORMAL_WORK] + landing[FRICTION_WORK]

@@ -331,7 +331,7 @@ def rebounds(progress, places, network, d):
     """Whether contacts rebound; then the problem of their impact is written."""
     if progress.has_restitution == 0 or network.n_c == 0:
         return False
-    book_landing(places.bodies, places.network, places.ledger)
+    book_landing(places.bodies, places.contacts, places.network, places.ledger)
     bodies, shapes, found, contacts = places.bodies, places.shapes, places.found, places.contacts
     if d == 2:
         count = begin_impact_planar(bodies, shapes, found, contacts, places.network, progress.dt)

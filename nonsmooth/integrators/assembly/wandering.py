@@ -47,9 +47,9 @@ def ask_of_wandering(bodies_at, found_at, contacts_at, network_at, dt, driven_in
     fall = fall_of(bodies, dt)
     for c in range(network.n_c):
         contacts.wander[c] = contacts.slack[c] = 0.0
-        if was_held(bodies, found, contacts, network, c):
+        if is_of_few(network, c) and was_held(bodies, found, contacts, network, c):
             _, turn, size = turn_of_rows(bodies, contacts, network, c, 0)
-            if abs(turn) > EXACT_VELOCITY * size + NO_TURN * fall and is_of_few(network, c):
+            if abs(turn) > EXACT_VELOCITY * size + NO_TURN * fall:
                 contacts.slack[c] = min(OF_TURN * abs(turn) + NO_FALL * fall, max(MOST_FALLS * fall, driven_in))
     for k in range(islands.count):
         begin, end = islands.contact_start[k], islands.contact_start[k + 1]
