@@ -53,6 +53,15 @@ def potential(t, q, p, V):
     V[0] = 0.0
 
 
+def right_end(i):
+    """Return what says where bead i ends, with the normal on it."""
+
+    def at(q, p):
+        return (i * (2 * p.r + p.gap) + q[i] + p.r, 0.0), (-1.0, 0.0)
+
+    return at
+
+
 @dataclass(frozen=True)
 class BeadChain:
     """n equal beads in a line and a wall: q = (x_0 .. x_(n-1)), displacements; frictionless contacts.
@@ -111,7 +120,8 @@ class BeadChain:
         """The system with n frictionless unilateral contacts."""
         return System(
             n_q=self.n, mass=mass, force=force, gap=gap, normal=normal, row_rates=row_rates, potential=potential,
-            contacts=[Contact(e_N="e", impact="sequential")] * self.n, parameters=self, name=self.name,
+            contacts=[Contact(e_N="e", impact="sequential", at=right_end(i)) for i in range(self.n)],
+            parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, velocity: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -161,12 +171,3 @@ class BeadChain:
         """The wall."""
         x = self.n * (2 * self.r + self.gap) - self.r
         return [np.array([[x, -4 * self.r], [x, 4 * self.r]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts upon its left bead, with the normal and the tangent of its rows, all (n_c, 2)."""
-        x = np.arange(self.n) * (2 * self.r + self.gap) + q + self.r
-        return (
-            np.column_stack([x, np.zeros(self.n)]),
-            np.tile([-1.0, 0.0], (self.n, 1)),
-            np.tile([0.0, 1.0], (self.n, 1)),
-        )

@@ -71,6 +71,11 @@ def potential(t, q, p, V):
     V[0] = 0.5 * p.k * q[0] * q[0]
 
 
+def foot(q):
+    """Return the middle of the lower side of the mass and the normal of the belt."""
+    return (q[0], 0.0), (0.0, 1.0)
+
+
 @dataclass(frozen=True)
 class BeltOscillator:
     """Mass, spring and damper on a moving belt, under a given normal force: q = (x,).
@@ -162,7 +167,7 @@ class BeltOscillator:
         return System(
             n_q=1, mass=mass, force=force, tangent=tangent, surface_velocity=surface_velocity, row_rates=row_rates,
             normal_force=normal_force, stiffness=stiffness, damping=damping, potential=potential,
-            contacts=[Contact(mu=LAWS[self.law], normal_force=True)], parameters=self, name=self.name,
+            contacts=[Contact(mu=LAWS[self.law], normal_force=True, at=foot)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, x: float = 0.0, velocity: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -334,7 +339,3 @@ class BeltOscillator:
     def outline(self) -> list[np.ndarray]:
         """The belt and the wall."""
         return [np.array([[-0.4, 0.0], [0.4, 0.0]]), np.array([[-0.4, 0.0], [-0.4, 0.1]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return np.array([[q[0], 0.0]]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

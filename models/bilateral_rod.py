@@ -17,7 +17,7 @@ import numpy as np
 
 from nonsmooth.mechanics.system import Contact, System
 
-from .rod_geometry import FUNCTIONS, TipRod, slip_sign
+from .rod_geometry import FUNCTIONS, TipRod, slip_sign, tip
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class BilateralRod(TipRod):
     def system(self) -> System:
         """The system with one bilateral contact with friction at the tip."""
         return System(
-            n_q=3, **FUNCTIONS, contacts=[Contact(mu="mu", bilateral=True)], parameters=self, name=self.name
+            n_q=3, **FUNCTIONS, contacts=[Contact(mu="mu", bilateral=True, at=tip)], parameters=self, name=self.name
         )  # fmt: skip
 
     def state(self, th: float = math.pi / 3, thdot: float = 6.0, slip: float = -1.0,

@@ -41,6 +41,11 @@ def potential(t, q, p, V):
     V[0] = p.m * p.g * q[0]
 
 
+def lowest_point(q):
+    """Return the lowest point of the ball and the normal of the ground."""
+    return (0.0, q[0]), (0.0, 1.0)
+
+
 @dataclass(frozen=True)
 class BouncingBall:
     """Ball bouncing on the ground: q = (y,), the height of its lowest point.
@@ -89,7 +94,7 @@ class BouncingBall:
         """The system with one frictionless unilateral contact."""
         return System(
             n_q=1, mass=mass, force=force, gap=gap, normal=normal, row_rates=row_rates, potential=potential,
-            contacts=[Contact(e_N="e")], parameters=self, name=self.name,
+            contacts=[Contact(e_N="e", at=lowest_point)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, height: float = 1.0, velocity: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -136,7 +141,3 @@ class BouncingBall:
     def outline(self) -> list[np.ndarray]:
         """The ground."""
         return [np.array([[-0.5, 0.0], [0.5, 0.0]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return np.array([[0.0, q[0]]]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

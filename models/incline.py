@@ -54,6 +54,11 @@ def potential(t, q, p, V):
     V[0] = p.m * p.g * q[1] - p.F * q[0]
 
 
+def foot(q, p):
+    """Return the middle of the lower side of the block and the normal of the plane."""
+    return q, (-math.sin(p.alpha), math.cos(p.alpha))
+
+
 @dataclass(frozen=True)
 class InclinedBlock:
     """Block on a plane that rises with the angle alpha: q = (x, y) in the horizontal frame.
@@ -115,7 +120,7 @@ class InclinedBlock:
         """The system with one unilateral contact with friction."""
         return System(
             n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, row_rates=row_rates,
-            potential=potential, contacts=[Contact(mu="mu", e_N="e")], parameters=self, name=self.name,
+            potential=potential, contacts=[Contact(mu="mu", e_N="e", at=foot)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, slip: float = 2.0, distance: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -164,8 +169,3 @@ class InclinedBlock:
     def outline(self) -> list[np.ndarray]:
         """The plane."""
         return [np.outer([-1.0, 1.0], [math.cos(self.alpha), math.sin(self.alpha)])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        c, s = math.cos(self.alpha), math.sin(self.alpha)
-        return np.array([q]), np.array([[-s, c]]), np.array([[c, s]])

@@ -67,6 +67,11 @@ def potential(t, q, p, V):
     V[0] = 0.5 * p.kx * q[0] ** 2 + 0.25 * p.k * (q[0] - q[1]) ** 2 + contact + p.R * q[1]
 
 
+def foot(q):
+    """Return the middle of the lower side of the mass and the normal of the belt."""
+    return (q[0], max(q[1], 0.0)), (0.0, 1.0)
+
+
 @dataclass(frozen=True)
 class ModeCoupling:
     """Mass on a conveyor with an oblique spring: q = (x, z), friction under the force of the contact spring.
@@ -135,7 +140,7 @@ class ModeCoupling:
         return System(
             n_q=2, mass=mass, force=force, tangent=tangent, surface_velocity=surface_velocity, row_rates=row_rates,
             normal_force=normal_force, stiffness=stiffness, damping=damping, potential=potential,
-            contacts=[Contact(mu="mu", normal_force=True)], parameters=self, name=self.name,
+            contacts=[Contact(mu="mu", normal_force=True, at=foot)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(
@@ -222,7 +227,3 @@ class ModeCoupling:
     def outline(self) -> list[np.ndarray]:
         """The belt."""
         return [np.array([[-5.0, 0.0], [5.0, 0.0]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return np.array([[q[0], max(q[1], 0.0)]]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -20,7 +20,7 @@ from nonsmooth.checks.arrays import as_fraction, as_non_negative
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import Contact, System
 
-from .rod_geometry import FUNCTIONS, TipRod, slip_sign
+from .rod_geometry import FUNCTIONS, TipRod, slip_sign, tip
 
 
 class RodImpact(NamedTuple):
@@ -98,7 +98,7 @@ class PainleveRod(TipRod):
 
     def system(self) -> System:
         """The system with one unilateral contact with friction at the tip."""
-        return System(n_q=3, **FUNCTIONS, contacts=[Contact(mu="mu", e_N="e")], parameters=self, name=self.name)
+        return System(n_q=3, **FUNCTIONS, contacts=[Contact(mu="mu", e_N="e", at=tip)], parameters=self, name=self.name)
 
     def state(self, th: float = math.pi / 3, thdot: float = 0.0, slip: float = -1.0,
               x: float = 0.0) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip

@@ -44,6 +44,11 @@ def potential(t, q, p, V):
     V[0] = -p.m * p.g * p.l * math.cos(q[0])
 
 
+def bob(q, p):
+    """Return the place of the bob and the normal of the wall."""
+    return (p.l * math.sin(q[0]), -p.l * math.cos(q[0])), (1.0, 0.0)
+
+
 @dataclass(frozen=True)
 class WallPendulum:
     """Point mass on a massless rod that swings against a wall: q = (th,), frictionless contact.
@@ -99,7 +104,7 @@ class WallPendulum:
         """The system with one frictionless unilateral contact."""
         return System(
             n_q=1, mass=mass, force=force, gap=gap, normal=normal, row_rates=row_rates, potential=potential,
-            contacts=[Contact(e_N="e")], parameters=self, name=self.name,
+            contacts=[Contact(e_N="e", at=bob)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, th: float = 1.0, thdot: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -153,8 +158,3 @@ class WallPendulum:
         """The wall."""
         x = self.l * math.sin(self.th_w)
         return [np.array([[x, -1.2 * self.l], [x, 1.2 * self.l]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        bob = self.l * np.array([math.sin(q[0]), -math.cos(q[0])])
-        return np.array([bob]), np.array([[1.0, 0.0]]), np.array([[0.0, -1.0]])

@@ -64,6 +64,16 @@ def potential(t, q, p, V):
     V[0] = p.m * p.g * q[1]
 
 
+def corner(side):
+    """Return what says where the left (-1) or the right (1) bottom corner is, with the normal of the ground."""
+
+    def at(q, p):
+        a, b, s, c = 0.5 * side * p.width, 0.5 * p.height, math.sin(q[2]), math.cos(q[2])
+        return (q[0] + a * c + b * s, q[1] + a * s - b * c), (0.0, 1.0)
+
+    return at
+
+
 @dataclass(frozen=True)
 class RockingBlock:
     """Uniform rectangular block on rough ground: q = (x, y, th), its centre and its tilt (counter-clockwise).
@@ -122,7 +132,9 @@ class RockingBlock:
         """The system with two unilateral contacts with friction."""
         return System(
             n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, row_rates=row_rates,
-            potential=potential, contacts=[Contact(mu="mu", e_N="e")] * 2, parameters=self, name=self.name,
+            potential=potential,
+            contacts=[Contact(mu="mu", e_N="e", at=corner(side)) for side in (-1, 1)],
+            parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, tilt: float = 0.1, tilt_rate: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -195,8 +207,3 @@ class RockingBlock:
     def outline(self) -> list[np.ndarray]:
         """The ground."""
         return [np.array([[-self.height, 0.0], [self.height, 0.0]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        foot = self.shape(q)[0][:2]
-        return foot, np.tile([0.0, 1.0], (2, 1)), np.tile([1.0, 0.0], (2, 1))

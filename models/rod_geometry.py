@@ -67,6 +67,11 @@ def tip_state(t, s, p, x):
     x[5] = thdot
 
 
+def tip(q, p):
+    """Return the lower tip of the rod and the normal of the ground."""
+    return (q[0] - 0.5 * p.l * math.cos(q[2]), q[1] - 0.5 * p.l * math.sin(q[2])), (0.0, 1.0)
+
+
 FUNCTIONS = {
     "mass": mass,
     "force": force,
@@ -186,10 +191,6 @@ class TipRod:
     def outline(self) -> list[np.ndarray]:
         """The ground."""
         return [np.array([[-1.5 * self.l, 0.0], [1.5 * self.l, 0.0]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return self.shape(q)[0][:1], np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])
 
 
 def slip_sign(slip: float) -> float:

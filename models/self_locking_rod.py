@@ -60,6 +60,11 @@ def potential(t, q, p, V):
     V[0] = -p.R * p.l * math.sin(q[0])
 
 
+def free_end(q, p):
+    """Return the end of the rod that touches, and the normal of the plane."""
+    return (-p.l * math.cos(q[0]), p.l * (math.sin(p.th0) - math.sin(q[0]))), (0.0, 1.0)
+
+
 @dataclass(frozen=True)
 class SelfLockingRod:
     """Pivoted rod on a moving plane: q = (th,), unilateral contact at its free end.
@@ -126,8 +131,9 @@ class SelfLockingRod:
         """The system with one unilateral contact with friction."""
         return System(
             n_q=1, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, surface_velocity=surface_velocity,
-            row_rates=row_rates, potential=potential, contacts=[Contact(mu="mu", e_N="e")], parameters=self,
-            name=self.name,
+            row_rates=row_rates, potential=potential,
+            contacts=[Contact(mu="mu", e_N="e", at=free_end)],
+            parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, th: float | None = None, thdot: float | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -172,7 +178,3 @@ class SelfLockingRod:
     def outline(self) -> list[np.ndarray]:
         """The plane."""
         return [np.array([[-1.5 * self.l, 0.0], [0.5 * self.l, 0.0]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return self.shape(q)[0][1:], np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -90,6 +90,18 @@ def potential(t, q, p, V):
     V[0] = p.g * (crank * math.sin(q[0]) + rod * math.sin(q[1]))
 
 
+def corner(i, j):
+    """Return what says where a corner of the slider is, with the normal and the tangent of its wall."""
+
+    def at(q, p):
+        s, c = math.sin(q[2]), math.cos(q[2])
+        x = p.l1 * math.cos(q[0]) + p.l2 * math.cos(q[1]) + i * p.a * c - j * p.b * s
+        y = p.l1 * math.sin(q[0]) + p.l2 * math.sin(q[1]) + i * p.a * s + j * p.b * c
+        return (x, y), (0.0, -j), (1.0, 0.0)
+
+    return at
+
+
 @dataclass(frozen=True)
 class SliderCrank:
     """Slider-crank mechanism with clearance: q = (th1, th2, th3), the angles of crank, rod and slider to the slot.
@@ -168,8 +180,8 @@ class SliderCrank:
         """The system with four unilateral contacts with friction."""
         return System(
             n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, row_rates=row_rates,
-            potential=potential, contacts=[Contact(mu="mu", e_N="e", impact="newton")] * 4, parameters=self,
-            name=self.name,
+            potential=potential, parameters=self, name=self.name,
+            contacts=[Contact(mu="mu", e_N="e", impact="newton", at=corner(i, j)) for i, j in CORNERS],
         )  # fmt: skip
 
     def state(
@@ -209,9 +221,3 @@ class SliderCrank:
         """The walls of the slot, as far as the slider goes."""
         x = np.array([self.l2 - self.l1 - 1.2 * self.a, self.l2 + self.l1 + 1.2 * self.a])
         return [np.column_stack([x, np.full(2, side * (self.b + self.c))]) for side in (-1, 1)]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        corners = self.shape(q)[2][[3, 2, 0, 1]]
-        inwards = np.array([[0.0, -j] for _, j in CORNERS])
-        return corners, inwards, np.tile([1.0, 0.0], (4, 1))

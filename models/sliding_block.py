@@ -47,6 +47,11 @@ def potential(t, q, p, V):
     V[0] = p.m * p.g * q[1]
 
 
+def foot(q):
+    """Return the middle of the lower side of the block and the normal of the plane."""
+    return q, (0.0, 1.0)
+
+
 @dataclass(frozen=True)
 class SlidingBlock:
     """Block (a point mass) sliding on a plane: q = (x, y), y the gap.
@@ -97,7 +102,7 @@ class SlidingBlock:
         """The system with one unilateral contact with friction."""
         return System(
             n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, row_rates=row_rates,
-            potential=potential, contacts=[Contact(mu="mu", e_N="e")], parameters=self, name=self.name,
+            potential=potential, contacts=[Contact(mu="mu", e_N="e", at=foot)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, speed: float = 2.0, height: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -125,7 +130,3 @@ class SlidingBlock:
     def outline(self) -> list[np.ndarray]:
         """The plane."""
         return [np.array([[-0.2, 0.0], [1.0, 0.0]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return np.array([q]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -103,6 +103,11 @@ class Seizure(NamedTuple):
     P_F: float  # friction impulse [N s]
 
 
+def tip(q, p):
+    """Return the tip of the rod and the normal of the belt."""
+    return (-p.l * math.cos(q[1]), q[0] - p.l * math.sin(q[1])), (0.0, 1.0)
+
+
 @dataclass(frozen=True)
 class SpragSlip:
     """Sprag-slip rod with a rigid bilateral contact: q = (y, th). The defaults are set 2 of the literature.
@@ -189,7 +194,7 @@ class SpragSlip:
         return System(
             n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, surface_velocity=surface_velocity,
             row_rates=row_rates, stiffness=stiffness, damping=damping, potential=potential,
-            contacts=[Contact(mu="mu", bilateral=True)], parameters=self, name=self.name,
+            contacts=[Contact(mu="mu", bilateral=True, at=tip)], parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, th: float = 0.78, thdot: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -357,7 +362,3 @@ class SpragSlip:
     def outline(self) -> list[np.ndarray]:
         """The belt and the guide of the pivot."""
         return [np.array([[-1.5 * self.l, 0.0], [0.5 * self.l, 0.0]]), np.array([[0.0, 0.0], [0.0, 1.5 * self.l]])]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        return self.shape(q)[0][1:], np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

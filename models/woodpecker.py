@@ -34,6 +34,8 @@ from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import Contact, System
 
+OUTWARDS, UP = (1.0, 0.0), (0.0, 1.0)  # of the pole: its normal and its tangent
+
 
 def mass(t, q, p, M):
     M[0, 0] = p.mM + p.mS
@@ -88,6 +90,23 @@ def row_rates(t, q, u, p, r):
 def potential(t, q, p, V):
     twist = q[2] - q[1]
     V[0] = p.mM * p.g * q[0] + p.mS * p.g * (q[0] + p.lM * q[1] + p.lG * q[2]) + 0.5 * p.cphi * twist * twist
+
+
+def beak(q, p):
+    """Return the tip of the beak, with the normal and the tangent of the pole."""
+    y, phi_M, phi_S = q
+    lever = p.lG - p.lS
+    return (p.lM + lever - p.hS * phi_S, y + p.lM * phi_M + lever * phi_S + p.hS), OUTWARDS, UP
+
+
+def edge(side):
+    """Return what says where the lower (-1) or the upper (1) edge of the sleeve is, and its directions."""
+
+    def at(q, p):
+        y, phi_M, _ = q
+        return (p.rM - side * p.hM * phi_M, y + side * p.hM + p.rM * phi_M), OUTWARDS, UP
+
+    return at
 
 
 @dataclass(frozen=True)
@@ -174,7 +193,11 @@ class Woodpecker:
 
     def system(self) -> System:
         """The system with three unilateral contacts with friction."""
-        contacts = [Contact(mu="mu", e_N="e1"), Contact(mu="mu", e_N="e2"), Contact(mu="mu", e_N="e3")]
+        contacts = [
+            Contact(mu="mu", e_N="e1", at=beak),
+            Contact(mu="mu", e_N="e2", at=edge(-1)),
+            Contact(mu="mu", e_N="e3", at=edge(1)),
+        ]
         return System(
             n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, row_rates=row_rates,
             stiffness=stiffness, potential=potential, contacts=contacts, parameters=self, name=self.name,
@@ -236,16 +259,6 @@ class Woodpecker:
         """The two sides of the pole."""
         y = np.array([-6 * self.hS, 3 * self.hS])
         return [np.column_stack([np.full(2, side * self.r0), y]) for side in (-1, 1)]
-
-    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
-        y, phi_M, phi_S = q
-        beak = [
-            self.lM + self.lG - self.lS - self.hS * phi_S,
-            y + self.lM * phi_M + (self.lG - self.lS) * phi_S + self.hS,
-        ]
-        edges = [0.0, y] + turned(self.rM * np.array([1.0, 0.0]) + self.hM * np.array([[0.0, -1.0], [0.0, 1.0]]), phi_M)
-        return np.array([beak, *edges]), np.tile([1.0, 0.0], (3, 1)), np.tile([0.0, 1.0], (3, 1))
 
 
 def turned(points: np.ndarray, phi: float) -> np.ndarray:

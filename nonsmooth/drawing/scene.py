@@ -121,7 +121,7 @@ def animate(solution: Solution, path: str | Path | None = None, fps: int = 25) -
     is stretched, and where 1000 frames do not reach the end.
 
     Closed contacts are dots in the colour of what they do, with an arrow for the force on the body and a ring where a
-    shock happened since the frame before, where the model has ``contact_frames(q)``.
+    shock happened since the frame before, where its contacts have ``at(q)``.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def contact_marks(axes: Any, solution: Solution, model: Any, shown: np.ndarray) 
 
     def marks(k: int) -> list[Any]:
         """Move the marks to a record."""
-        point, normal, tangent = (np.asarray(part, float) for part in model.contact_frames(solution.q[k]))
+        point, normal, tangent = model.contact_frames(solution.q[k])
         is_closed = solution.mode[k] != ContactMode.OPEN
         i = max(k - 1, 0)
         acts = np.where(loads.is_impulse[i], 0.0, 1.0)[:, None] * is_closed[:, None]

@@ -34,7 +34,8 @@ class Description:
     contacts : tuple of str
         "tip", or "contact 0" where it has no name.
     shape, outline, contact_frames : callable or None
-        ``shape(q)``, ``outline()`` and ``contact_frames(q)``.
+        ``shape(q)``, ``outline()`` and ``contact_frames(q)``: points, normals and tangents (n_c, 2), NaN where a
+        contact has no ``at``; None where none has one.
     parts : sequence of str or None
         Names of the polylines of ``shape``.
     """
@@ -122,7 +123,7 @@ def described(system: Any) -> Description:
         in_lines("shape(q)", _drawn(system, system.shape, 1) or getattr(model, "shape", None)),
         in_lines("outline()", _drawn(system, system.outline, 0) or getattr(model, "outline", None)),
         getattr(model, "parts", None) if system.shape is None else None,
-        getattr(model, "contact_frames", None) if system.shape is None else None,
+        _frames(system),
     )  # fmt: skip
 
 
@@ -148,6 +149,38 @@ def _drawn(system: Any, function: Callable[..., Any] | None, n: int) -> Callable
     if function is None or len(inspect.signature(function).parameters) == n:
         return function
     return lambda *q: function(*q, system.unpacked)
+
+
+def _frames(system: Any) -> Callable[[np.ndarray], tuple[np.ndarray, ...]] | None:
+    """Points, normals and tangents of the contacts as a function of q."""
+    drawn = {i: _drawn(system, contact.at, 1) for i, contact in enumerate(system.contacts)}
+    placed = {i: at for i, at in drawn.items() if at is not None}
+    if not placed:
+        return None
+
+    def contact_frames(q: np.ndarray) -> tuple[np.ndarray, ...]:
+        frames = np.full((3, system.n_c, 2), np.nan)
+        for i, at in placed.items():
+            frames[:, i] = as_frame(system.contacts[i].name or f"contact {i}", at(q))
+        return tuple(frames)
+
+    return contact_frames
+
+
+def as_frame(name: str, given: Any) -> np.ndarray:
+    """Point, normal and tangent (3, 2) of a contact; without a tangent it is the normal, turned clockwise."""
+    try:
+        frame = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        frame = np.empty(0)
+    if frame.shape == (2, 2):
+        frame = np.vstack([frame, [frame[1, 1], -frame[1, 0]]])
+    if frame.shape != (3, 2):
+        raise InvalidInput(
+            f"at(q) of {name!r} must return its point and its normal, each (x, y), or these and its tangent; "
+            f"got {shown(given)}"
+        )
+    return frame
 
 
 class Lines(list[np.ndarray]):
@@ -177,7 +210,7 @@ def as_lines(name: str, given: Any) -> Lines:
     return Lines(found, map(str, given) if is_named else (f"part {k}" for k in range(len(found))))
 
 
-def require_drawn(name: str, function: Any, names: tuple[str, ...]) -> None:
+def require_drawn(name: str, function: Any, names: tuple[str, ...], returned: str = "polylines") -> None:
     """Raise `InvalidInput` for what is no function of these arguments, or of all but the last."""
     try:
         signature = inspect.signature(function)
@@ -187,7 +220,7 @@ def require_drawn(name: str, function: Any, names: tuple[str, ...]) -> None:
         number = -1
     if number not in (len(names), len(names) - 1):
         expected = " or ".join(f"{name}({', '.join(some)})" for some in (names, names[:-1]))
-        raise InvalidInput(f"{name} must be a function {expected} that returns polylines; got {shown(function)}")
+        raise InvalidInput(f"{name} must be a function {expected} that returns {returned}; got {shown(function)}")
 
 
 def _pairs(given: Sequence[Any]) -> tuple[tuple[str, str], ...]:

@@ -99,6 +99,9 @@ class Contact:
         energetic law.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
+    at : callable, optional
+        Where it is drawn: ``at(q)`` or ``at(q, p)`` returns its point [m] and its normal, each (x, y), and its tangent
+        where that is not the normal turned clockwise, (n_y, -n_x). Forces are drawn along both; they move nothing.
     """
 
     mu: Coefficient | FrictionLaw = 0.0
@@ -108,9 +111,12 @@ class Contact:
     normal_force: bool = False
     impact: str | None = None
     name: str = ""
+    at: Callable[..., Any] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         as_instance("the name of a contact", self.name, str, "a text")
+        if self.at is not None:
+            require_drawn("at of a contact", self.at, ("q", "p"), "its point and its normal")
         if self.impact is not None:
             as_name("impact law", self.impact, IMPACT_LAWS)
         for name, value in (("e_N", self.e_N), ("e_F", self.e_F)):

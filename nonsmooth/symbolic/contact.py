@@ -47,6 +47,7 @@ def declared_contact(check: Expressions, typed: TypedContact, arguments: str, nu
         tangent=tangent,
         surface=_surface(check, typed, what, len(tangent)),
         slip=_of_state(check, f"the slip of {what}", typed.slip, "m/s"),
+        place=_place(check, typed, point, tangent, what),
     )
     if has_friction and not made.slides:
         raise InvalidInput(
@@ -121,6 +122,16 @@ def _tangent(check: Expressions, typed: TypedContact, point: tuple[Any, ...], wh
         )
     n_x, n_y = check.vector(f"the normal of {what}", typed.normal)
     return n_y, -n_x
+
+
+def _place(
+    check: Expressions, typed: TypedContact, point: tuple[Any, ...], tangent: tuple[Any, ...], what: str
+) -> tuple[Any, ...]:
+    """Point, normal and tangent of a contact at a plane, in two dimensions."""
+    if len(point) != 2 or typed.normal is None:
+        return ()
+    normal = check.vector(f"the normal of {what}", typed.normal)
+    return *point, *normal, *(tangent or (normal[1], -normal[0]))
 
 
 def _require_perpendicular(check: Expressions, typed: TypedContact, tangent: tuple[Any, ...], what: str) -> None:

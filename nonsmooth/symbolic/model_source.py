@@ -67,6 +67,7 @@ class Writer:
             self._header(),
             self._imports(),
             *map(self._function, self.written),
+            *(self._place(i) for i in range(len(self.declared.contacts)) if self._has_place(i)),
             *self.declaration.laws,
             self._natural_state(),
             self._class(),
@@ -132,6 +133,17 @@ class Writer:
         body = self.code.body(out, self.equations.functions[name])
         return "\n".join([f"def {name}({arguments}, {out}):", f"    # {says}{unit}", *("    " + line for line in body)])
 
+    def _has_place(self, i: int) -> bool:
+        """Whether contact i is drawn: pictures know no time."""
+        place = self.declared.contacts[i].place
+        return bool(place) and not any(sp.S(part).has(self.declared.t) for part in place)
+
+    def _place(self, i: int) -> str:
+        before, values = self.code.returned(list(self.declared.contacts[i].place))
+        pairs = ", ".join(f"({values[k]}, {values[k + 1]})" for k in (0, 2, 4))
+        lines = [f"def at_{i}(q, p):", f"    # point [m], normal and tangent of contact {i}"]
+        return "\n".join([*lines, *("    " + row for row in before), f"    return {pairs}"])
+
     def _natural_state(self) -> str:
         size = 2 * len(self.declared.q)
         return "\n".join(["def natural_state(t, s, p, x):", f"    for i in range({size}):", "        x[i] = s[i]"])
@@ -167,7 +179,10 @@ class Writer:
 
     def _system(self) -> list[str]:
         given = [f"{name}={name}" for name in self.written]
-        contacts = [f"Contact({contact.arguments})" for contact in self.declared.contacts]
+        contacts = [
+            f"Contact({', '.join(filter(None, [contact.arguments, f'at=at_{i}' if self._has_place(i) else '']))})"
+            for i, contact in enumerate(self.declared.contacts)
+        ]
         inner = textwrap.wrap(
             ", ".join([f"n_q={len(self.declared.q)}", *given]) + ",", SOURCE_WIDTH - 12, break_long_words=False
         )

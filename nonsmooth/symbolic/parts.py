@@ -59,6 +59,8 @@ class DeclaredContact:
         gamma_F = tangent.(dr/dt - surface); empty where it does not slide, or slides with ``slip``.
     slip : expression or None
         gamma_F itself, linear in the rates.
+    place : tuple
+        Its point, normal and tangent in the plane, one after the other, for pictures; empty where they are not known.
     """
 
     arguments: str
@@ -68,6 +70,7 @@ class DeclaredContact:
     tangent: tuple[Any, ...] = ()
     surface: tuple[Any, ...] = ()
     slip: Any = None
+    place: tuple[Any, ...] = ()
 
     @property
     def slides(self) -> bool:

@@ -105,8 +105,9 @@ class LiveModel(LiveView):
     def draw(self) -> None:
         self.window.draw_lines(np.concatenate([self.still, self.segments()]))
         if self.model.contact_frames is not None:
-            points = np.asarray(self.model.contact_frames(self.run.state.q)[0], float).reshape(-1, 2)
-            self.window.draw_contacts(in_space(points[self.run.state.mode != 0]))
+            points = self.model.contact_frames(self.run.state.q)[0]
+            is_drawn = np.isfinite(points[:, 0]) & (self.run.state.mode != 0)
+            self.window.draw_contacts(in_space(points[is_drawn]))
 
     @property
     def now(self) -> float:

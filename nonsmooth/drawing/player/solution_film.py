@@ -1,7 +1,7 @@
 """The film of a planar run: the lines of a model's ``shape(q)`` as bodies, its contacts where the model says they act.
 
 A model may give ``outline()``, lines of the surroundings; ``parts``, the names of what ``shape`` gives;
-``contact_frames(q)``, points, normals and tangents (n_c, 2) of the contacts. Only records are shown, none between two.
+the contacts where their ``at(q)`` says. Only records are shown, none between two.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ def film_of_solution(solution: Solution) -> Film:
         position=np.stack(centres, axis=1),
         turn=np.stack(angles, axis=1),
         contacts=contacts_of(solution, model, records),
+        contact_names=tuple(contact.name for contact in solution.system.contacts) if solution.system else (),
         marks=marks_of(solution, rows, records),
         curves=tuple(curves_of(solution, records)),
         about=about_in_words(solution),
@@ -108,23 +109,24 @@ def still_shape(line: np.ndarray) -> Shape:
 
 
 def contacts_of(solution: Solution, model: Any, records: np.ndarray) -> Contacts:
-    """All contacts of each frame, open ones too; their impulses since the frame before."""
-    n_t, n_c = len(records), len(solution.described.contacts)
-    if not n_c or model.contact_frames is None or not {MODES, IMPULSES} <= set(solution.recorded):
+    """The contacts of each frame whose place is known, open ones too; their impulses since the frame before."""
+    n_t = len(records)
+    if model.contact_frames is None or not {MODES, IMPULSES} <= set(solution.recorded):
         return no_contacts(n_t, 2)
-    frames = [model.contact_frames(q) for q in solution.q[records]]
-    point, normal, tangent = (np.concatenate([np.asarray(frame[k], float) for frame in frames]) for k in range(3))
-    P_N, P_F = (impulses_between(P, records) for P in (solution.P_N, solution.P_F))
+    frames = np.array([model.contact_frames(q) for q in solution.q[records]])
+    placed = np.flatnonzero(np.isfinite(frames).all(axis=(0, 1, 3)))
+    point, normal, tangent = (frames[:, k, placed].reshape(-1, 2) for k in range(3))
+    P_N, P_F = (impulses_between(P, records)[:, placed] for P in (solution.P_N, solution.P_F))
     return Contacts(
-        start=np.arange(n_t + 1) * n_c,
-        number=np.tile(np.arange(n_c), n_t),
+        start=np.arange(n_t + 1) * len(placed),
+        number=np.tile(placed, n_t),
         point=point,
         normal=normal,
-        mode=solution.mode[records].reshape(-1),
-        slip=np.sign(solution.slip[records]).reshape(-1),
+        mode=solution.mode[records][:, placed].reshape(-1),
+        slip=np.sign(solution.slip[records][:, placed]).reshape(-1),
         P_N=P_N.reshape(-1),
         P_F=P_F.sum(axis=2).reshape(-1, 1) * tangent,  # d = 0 without friction, else 1
-        mu=np.tile(cone_coefficients(solution), n_t),
+        mu=np.tile(cone_coefficients(solution)[placed], n_t),
     )
 
 
