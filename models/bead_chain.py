@@ -10,6 +10,7 @@ Source: Newton's cradle with gaps; e.g. Acary and Brogliato, *Numerical Methods 
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +54,7 @@ def potential(t, q, p, V):
     V[0] = 0.0
 
 
+@functools.cache
 def right_end(i):
     """Return what says where bead i ends, with the normal on it."""
 

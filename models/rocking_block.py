@@ -9,6 +9,7 @@ Source: Housner, *Bull. Seism. Soc. Am.* 53 (1963) 403.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -64,6 +65,7 @@ def potential(t, q, p, V):
     V[0] = p.m * p.g * q[1]
 
 
+@functools.cache
 def corner(side):
     """Return what says where the left (-1) or the right (1) bottom corner is, with the normal of the ground."""
 

@@ -22,6 +22,7 @@ of impact, Newton's also for two corners at once, are those of Flores, Leine, Gl
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -90,6 +91,7 @@ def potential(t, q, p, V):
     V[0] = p.g * (crank * math.sin(q[0]) + rod * math.sin(q[1]))
 
 
+@functools.cache
 def corner(i, j):
     """Return what says where a corner of the slider is, with the normal and the tangent of its wall."""
 

@@ -25,6 +25,7 @@ Sources: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral Contacts* (1996)
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -99,6 +100,7 @@ def beak(q, p):
     return (p.lM + lever - p.hS * phi_S, y + p.lM * phi_M + lever * phi_S + p.hS), OUTWARDS, UP
 
 
+@functools.cache
 def edge(side):
     """Return what says where the lower (-1) or the upper (1) edge of the sleeve is, and its directions."""
 
