@@ -147,8 +147,8 @@ class GlobalContactProblem(Worded):
         """Solve it in the form that suits it: rigid bodies on the graph of the bodies, all else as ``local()``.
 
         Where M has a block of 3 x 3 (plane) or 6 x 6 (space) a body, and each contact touches one body or two, G is
-        not made: conjugate sweeps and sparse factors of the bodies in turn, then kicks. What they leave above the
-        tolerance is handed on to `solve_contact`, of up to 1000 contacts.
+        not made: interior points, conjugate sweeps and sparse factors of the bodies in turn. What they leave above
+        the tolerance is handed on to `solve_contact`, of up to 1000 contacts.
 
         Parameters
         ----------

@@ -10,7 +10,6 @@ from nonsmooth.checks.arrays import as_positive, as_tolerance, as_vector
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.given import network_of
-from nonsmooth.contact.network.kicks import kick_and_walk
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rounds import solve_in_rounds
 
@@ -45,9 +44,8 @@ def network_of_problem(problem: Any) -> Network | None:
 
 
 def solve_in_the_network(network: Network, tol: float, until: float) -> ContactResult:
-    """What rounds of sweeps and factors lead to, and kicks, walks and paths where these come to nothing."""
+    """What rounds of interior points, sweeps and factors lead to."""
     rounds = solve_in_rounds(network, tol, until)
-    kick_and_walk(rounds, tol, until)
     end = rounds.end()
     if end.error <= tol:
         status = ContactStatus.SOLVED

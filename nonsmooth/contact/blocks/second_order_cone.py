@@ -50,6 +50,13 @@ def scale(w_N, w_1, w_2, eta, a_N, a_1, a_2):
 
 
 @kernel
+def scale_twice(w_N, w_1, w_2, eta, a_N, a_1, a_2):
+    """W W a. From the entries of W^2 roundings relative to |w|^4 would come, and |w|^2 grows as contacts slide."""
+    b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, a_N, a_1, a_2)
+    return scale(w_N, w_1, w_2, eta, b_N, b_1, b_2)
+
+
+@kernel
 def jordan_product(a_N, a_1, a_2, b_N, b_1, b_2):
     """The product a o b."""
     return a_N * b_N + a_1 * b_1 + a_2 * b_2, a_N * b_1 + b_N * a_1, a_N * b_2 + b_N * a_2
@@ -78,21 +85,14 @@ def distance_to_boundary(x_N, x_1, x_2, d_N, d_1, d_2):
 
 
 @kernel
-def complementary_target(w, y, q_N, q_1, q_2):
-    """W^-1 z, z the vector with (W y) o z = q: where a step dx, dy with dy + W^-2 dx = W^-1 z - y leads x o y, w being
-    (w_N, w_1, w_2, eta)."""
-    w_N, w_1, w_2, eta = w
-    l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[0], y[1], y[2])
-    z_N, z_1, z_2 = jordan_quotient(l_N, l_1, l_2, q_N, q_1, q_2)
-    return scale(w_N, -w_1, -w_2, 1.0 / eta, z_N, z_1, z_2)
-
-
-@kernel
 def corrector_target(w, y, dx, dy, tau):
-    """The r of a corrector after the predictor dx, dy: -y + W^-1 z, (W y) o z = tau e - (W^-1 dx) o (W dy)."""
+    """The r of a corrector after the predictor dx, dy: -y + W^-1 z, (W y) o z = tau e - (W^-1 dx) o (W dy), w being
+    (w_N, w_1, w_2, eta)."""
     w_N, w_1, w_2, eta = w
     a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[0], dx[1], dx[2])
     b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[0], dy[1], dy[2])
     p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
-    q_N, q_1, q_2 = complementary_target(w, y, tau - p_N, -p_1, -p_2)
+    l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[0], y[1], y[2])
+    z_N, z_1, z_2 = jordan_quotient(l_N, l_1, l_2, tau - p_N, -p_1, -p_2)
+    q_N, q_1, q_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, z_N, z_1, z_2)
     return q_N - y[0], q_1 - y[1], q_2 - y[2]

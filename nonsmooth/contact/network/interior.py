@@ -24,13 +24,17 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.interior import CONE_STEP_PART, INTERIOR_PATIENCE, SHORT_STEP, THETA_RISE
-from nonsmooth.contact.blocks.second_order_cone import corrector_target, distance_to_boundary, scaling_point
+from nonsmooth.contact.blocks.second_order_cone import (
+    corrector_target,
+    distance_to_boundary,
+    scale_twice,
+    scaling_point,
+)
 from nonsmooth.contact.network.al_newton import copy_impulses, is_laid_out, judge_island
 from nonsmooth.contact.network.block_factor import back_substitute, factorise
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.lagrangian import Direct, add_contact, clear_blocks, pull
 from nonsmooth.contact.network.problem import Network, contact_velocity, impulse, laws_velocity, write
-from nonsmooth.contact.network.smoothed import multiply, rate_of_contact, store, twice
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 
@@ -53,6 +57,14 @@ class Inside(Block):
     dx: Array[Floats, "m", "3"]
     dy: Array[Floats, "m", "3"]
     D: Array[Floats, "3", "3"]
+
+
+@kernel
+def store(to, row, N, T_1, T_2):
+    """Write a vector into a row."""
+    to[row, 0] = N
+    to[row, 1] = T_1
+    to[row, 2] = T_2
 
 
 @kernel
@@ -228,6 +240,31 @@ def assemble(network, direct, point, k, d, n):
 
 
 @kernel
+def multiply(D, J, c, KJ, first, d, n):
+    """D J[c] to the rows of KJ from ``first`` on."""
+    for a in range(d):
+        for x in range(n):
+            total = D[a, 0] * J[c, 0, x] + D[a, 1] * J[c, 1, x]
+            KJ[first + a, x] = total + D[a, 2] * J[c, 2, x] if d == 3 else total
+
+
+@kernel
+def rate_of_contact(network, direct, dv, c, d, n):
+    """J dv of contact c as (N, T1, T2), with T2 = 0 in the plane."""
+    g_N = g_1 = g_2 = 0.0
+    for side in range(2):
+        row = direct.factor.columns.place[network.i[c] if side == 0 else network.j[c]]
+        if row >= 0:
+            J = network.J_i if side == 0 else network.J_j
+            for x in range(n):
+                g_N += J[c, 0, x] * dv[row, x]
+                g_1 += J[c, 1, x] * dv[row, x]
+                if d == 3:
+                    g_2 += J[c, 2, x] * dv[row, x]
+    return g_N, g_1, g_2
+
+
+@kernel
 def find_step(network, direct, point, k, d, n):
     """dx and dy for the target, with the factors at hand."""
     find_rates(network, direct, point, k, d, n)
@@ -243,7 +280,7 @@ def find_step(network, direct, point, k, d, n):
         store(point.dx, row, dx_N, dx_1, dx_2)
         if not is_joint(network, c):
             w_N, w_1, w_2, eta = point.w[row, 0], point.w[row, 1], point.w[row, 2], point.w[row, 3]
-            a_N, a_1, a_2 = twice(w_N, -w_1, -w_2, 1.0 / eta, dx_N, dx_1, dx_2)
+            a_N, a_1, a_2 = scale_twice(w_N, -w_1, -w_2, 1.0 / eta, dx_N, dx_1, dx_2)
             store(point.dy, row, r[row, 0] - a_N, r[row, 1] - a_1, r[row, 2] - a_2)
 
 

@@ -23,7 +23,6 @@ from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton_planar, al_ne
 from nonsmooth.contact.network.from_inside import STARTS, from_inside
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
-from nonsmooth.contact.network.walk import are_all_spheres, walk_spatial
 from nonsmooth.jit.blocks import new
 
 # measured: a wall of 9500 contacts is solved by the first factors, a packing of 525 spherical ones after seven rounds
@@ -89,46 +88,12 @@ class Rounds:
 
     def sweep(self, most: int, tol: float) -> None:
         """Sweep each island ``most`` times, or until its residual is within tol; go on from the best impulses."""
-        self._sweep(most, tol)
-        self.keep_better()
-
-    def begin_at(self, most: int, tol: float, until: float) -> None:
-        """Sweep from the impulses at hand, and factorise from where that ends, better or not."""
-        self._sweep(most, tol)
-        swept = self.network.P.copy()
-        self.keep_better()
-        if not self.is_over(tol, until):
-            self.network.P[:] = swept
-            self.factorise()
-
-    def walk(self, most: int, tol: float, until: float) -> float:
-        """Let spheres walk from the impulses at hand, factorise from the best on the way, stand where the walk ended.
-
-        The error of the best on the way, before factors, comes back.
-        """
-        network, solver = self.network, self.solver
-        prepare_spatial(network.address)
-        walk_spatial(network.address, solver.address, most, tol)
-        self.sweeps += int(network.islands.sweeps[: network.islands.count].sum())
-        end, network.P[:] = network.P.copy(), solver.direct.best
-        nearest, error = network.P.copy(), self.measured_error(self.rho)
-        self.keep_better()
-        if not self.is_over(tol, until):
-            network.P[:] = nearest
-            self.factorise()
-        network.P[:] = end
-        return error
-
-    def are_spheres(self) -> bool:
-        """Whether all islands are of spheres."""
-        return self.d == 3 and are_all_spheres(self.network.address, self.solver.address) != 0
-
-    def _sweep(self, most: int, tol: float) -> None:
         network, solver, islands = self.network, self.solver, self.network.islands
         (prepare_planar if self.d == 2 else prepare_spatial)(network.address)
         solver.tol, solver.most_sweeps, solver.most_factors = tol, most, 0
         (solve_planar if self.d == 2 else solve_spatial)(network.address, solver.address, solver.direct.desk.address)
         self.sweeps += int(islands.sweeps[: islands.count].sum())
+        self.keep_better()
 
     def factorise(self) -> None:
         """The direct rung for each island."""

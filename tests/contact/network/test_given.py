@@ -1,7 +1,5 @@
 """Problems given by masses and directions: solved on the graph of the bodies, judged by the assembled problem."""
 
-import time
-
 import numpy as np
 import pytest
 from scipy import sparse
@@ -10,12 +8,10 @@ import nonsmooth as ns
 from benchmarks.problems import FAMILIES
 from nonsmooth.contact.blocks.problem import check_problem
 from nonsmooth.contact.blocks.result import ContactStatus
-from nonsmooth.contact.network import kicks
 from nonsmooth.contact.network import rounds as rounds_of_sweeps
 from nonsmooth.contact.network.given import network_of
-from nonsmooth.contact.network.kicks import contact_errors, kick, kick_and_walk, worst_contacts
 from nonsmooth.contact.network.problem import judge_spatial
-from nonsmooth.contact.network.rounds import Rounds, solve_in_rounds
+from nonsmooth.contact.network.rounds import Rounds
 
 
 def given(name, size, dim, **more):
@@ -99,9 +95,8 @@ def test_masses_that_are_not_positive_make_no_network(entry):
     assert network_of(M, *arguments(problem)[1:]) is None
 
 
-def test_what_rounds_and_kicks_leave_is_handed_on_to_the_solvers_of_dense_problems(monkeypatch):
-    """A tower of masses over six decades is interior points' work, or that of kicks, which are left out here."""
-    monkeypatch.setattr(kicks, "MOST_KICKS", 0)
+def test_what_rounds_leave_is_handed_on_to_the_solvers_of_dense_problems(monkeypatch):
+    """A tower of masses over six decades is the work of interior points, which are left out here."""
     monkeypatch.setattr(rounds_of_sweeps, "STARTS", ())
     case = given("tower", 200, 3)
     result = case.given.solve()
@@ -130,98 +125,9 @@ def packing(size, seed):
     return FAMILIES["packing"](np.random.default_rng([seed, size, 3]), size, 3)
 
 
-def test_kicks_and_walks_solve_packings_that_rounds_leave(monkeypatch):
-    """Without the interior points of the rounds, which solve this one."""
-    monkeypatch.setattr(rounds_of_sweeps, "STARTS", ())
-    case = packing(300, 0)
-    network = network_of(*arguments(case.given))
-    rounds = solve_in_rounds(network, 1e-8)
-    assert rounds.least > 1e-5
-    kick_and_walk(rounds, 1e-8, np.inf)
-    found = rounds.end()
-    assert found.error <= 1e-8 and check_problem(*case).error(found.P) <= 1e-8
-
-
-def test_a_longer_walk_comes_no_less_near():
-    """Its sweeps are those of the shorter one as far as that goes."""
-    approaches = []
-    for most in (100, 200, 400):
-        rounds = Rounds(network_of(*arguments(packing(300, 0).given)))
-        nearest = rounds.walk(most, 1e-14, 0.0)
-        assert rounds.sweeps == most and rounds.factors == 0  # the time is up before factors
-        assert rounds.least == nearest <= rounds.measured_error(rounds.rho)  # it stands where it ended
-        approaches.append(nearest)
-    assert approaches[2] <= approaches[1] <= approaches[0] < 1.0
-
-
-def test_only_spheres_walk():
-    for name, dim, expected in (("packing", 3, True), ("packing", 2, False), ("wall", 3, False), ("tower", 3, False)):
-        rounds = Rounds(network_of(*arguments(given(name, 100, dim).given)))
-        assert rounds.are_spheres() is expected
-
-
-def test_a_walk_that_comes_as_near_as_the_one_before_goes_in_a_circle_and_is_kicked(monkeypatch):
-    nearest = iter([1.0, 0.5, 0.5 * (1.0 - 0.5 * kicks.CIRCLE), 0.4, 0.5, 0.5])
-    walks, kicked = [], []
-
-    def walk(rounds, most, tol, until):
-        walks.append(most)
-        return next(nearest)
-
-    monkeypatch.setattr(kicks, "MOST_KICKS", 6)
-    monkeypatch.setattr(Rounds, "walk", walk)
-    monkeypatch.setattr(kicks, "kick", lambda rounds, draw: kicked.append(len(walks)))
-    rounds = Rounds(network_of(*arguments(packing(100, 0).given)))
-    kick_and_walk(rounds, 1e-8, np.inf)
-    assert kicked == [3, 6] and walks == [kicks.WALK_SWEEPS] * 6
-    assert (rounds.network.P == rounds.best).all()
-
-
-def test_a_kick_scatters_impulses_along_themselves_near_the_worst_contact_only():
-    rounds = Rounds(network_of(*arguments(packing(500, 0).given)))
-    rounds.sweep(100, 1e-8)
-    before = rounds.network.P.copy()
-    reached = worst_contacts(rounds, min(kicks.KICKED_SHARES), max(kicks.KICK_REACHES))
-    kick(rounds, np.random.default_rng(5))
-    after = rounds.network.P
-    moved = (after != before).any(axis=1)
-    assert moved.any() and not (moved & ~reached).any()
-    factors = after[moved, 0] / before[moved, 0]
-    assert (factors > 0.0).all()
-    np.testing.assert_allclose(after[moved], factors[:, None] * before[moved], rtol=1e-14)
-
-
 def test_the_same_problem_has_the_same_solution_to_the_last_bit():
     first, second = (packing(300, 2).given.solve() for _ in range(2))
     assert first.success and first.solver == "network" and first.P.tobytes() == second.P.tobytes()
-
-
-def test_a_kick_reaches_the_bodies_about_the_worst_contact_and_not_through_the_ground():
-    rounds = Rounds(network_of(*arguments(packing(300, 0).given)))
-    rounds.sweep(20, 1e-8)
-    network, ground = rounds.network, len(rounds.network.v) - 1
-    rounds.measured_error(rounds.rho)
-    errors = contact_errors(rounds)
-    norm = np.linalg.norm(errors) * rounds.weight[0]
-    assert norm == pytest.approx(rounds.measured_error(rounds.rho), rel=1e-12)
-    worst = int(errors.argmax())
-    near, count = {int(network.i[worst]), int(network.j[worst])} - {ground}, 1
-    for reach in (1, 2, 3):
-        expected = [{int(a), int(b)} & near != set() for a, b in zip(network.i, network.j, strict=True)]
-        found = worst_contacts(rounds, 1.0 - 1e-12, reach)
-        assert found.tolist() == expected and count < found.sum() < len(found)
-        near = {int(k) for pair in (network.i[found], network.j[found]) for k in pair} - {ground}
-        count = found.sum()
-
-
-def test_kicks_and_walks_leave_no_worse_impulses_and_end_in_time():
-    rounds = Rounds(network_of(*arguments(packing(500, 1).given)))
-    rounds.sweep(100, 1e-8)
-    before = rounds.least
-    kick_and_walk(rounds, 1e-8, 0.0)
-    assert rounds.least == before
-    kick_and_walk(rounds, 1e-8, time.monotonic() + 0.2)
-    assert rounds.measured_error(rounds.rho) == rounds.least <= before
 
 
 def test_factors_that_want_more_room_get_it():
