@@ -2,16 +2,15 @@
 
     python -m benchmarks ladder tests/data > docs/benchmarks/ladder.md
 
-A ladder is a function that gives a problem its rungs, a list of solvers. Each of them climbs every problem of four
+A ladder is a function that gives a problem its rungs, a list of solvers. Each of them climbs every problem of five
 sets to 1e-8, for CAP seconds at most: small random ones of every family of ``benchmarks/problems.py``; such with masses
 over six decades; published ones (the fc2d and fc3d files of the folders, of tests/data without any, each with half, all
-and twice of its friction); and large random ones, shaken and at rest. Times are those of the processor; who tries
-another ladder adds it to LADDERS. Words that name ladders or sets restrict the page to them.
+and twice of its friction); large random ones, shaken and at rest; and these without friction. Times are those of the
+processor; who tries another ladder adds it to LADDERS. Words that name ladders or sets restrict the page to them.
 """
 
 from __future__ import annotations
 
-import math
 import statistics
 import sys
 import time
@@ -24,14 +23,10 @@ import numpy as np
 
 from benchmarks.problems import FAMILIES, Case, uneven
 from nonsmooth.commands.solve_files import load_problem
-from nonsmooth.contact.blocks.admm import ADMM
-from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
-from nonsmooth.contact.blocks.frictionless import Frictionless
-from nonsmooth.contact.blocks.ladder import FromFacets, Single, Solver, climb, from_inside, is_cheap, ladder_of
+from nonsmooth.contact.blocks.ladder import Solver, climb, from_inside, is_cheap, ladder_of
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
 from nonsmooth.contact.blocks.problem import Problem, check_problem, scale_problem
-from nonsmooth.contact.blocks.proximal import Proximal
 
 TOLERANCE = 1e-8
 COPIES = Path("tests/data")  # of published problems
@@ -48,47 +43,12 @@ LARGE_KINDS: tuple[tuple[str, int, dict[str, float]], ...] = (
 Ladder = Callable[[Problem], list[Solver]]
 
 
-def fourteen(problem: Problem) -> list[Solver]:
-    """The longest one that was shipped: up to 14 rungs, with `proximal`, `admm` and 20 000 sweeps at the end."""
-    if problem.n_c == 1:
-        return [Single()]
-    last: list[Solver] = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), PatientNSGS()]
-    last += [NSGS(max_sweeps=20_000), Newton()]
-    pivoting: list[Solver] = [FacetedLCP(), Newton()] if problem.dim == 2 else [FromFacets()]
-    if problem.n_c <= (150 if problem.dim == 2 else 50):
-        last = pivoting + last
-    if is_cheap(problem):
-        first: list[Solver] = [NSGS(max_sweeps=100), Newton(patience=4), *from_inside(0.3, 0.03, 3.0)]
-    else:
-        first = [NSGS(max_sweeps=25), ADMM(max_iterations=300), PatientNSGS(), *from_inside(0.3)]
-    frictionless: list[Solver] = [] if problem.mu.any() else [Frictionless()]
-    return frictionless + first + last
-
-
-class PatientNSGS(NamedTuple):
-    """Gauss-Seidel in portions, for as long as the observed rate promises an end within 3000 further sweeps."""
-
-    name: str = "nsgs"
-
-    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
-        """Sweep from P; returns the best iterate and the number of sweeps."""
-        total, before = 0, problem.error(P)
-        while True:
-            P, sweeps = NSGS(max_sweeps=200).run(problem, P, tol, until)
-            total, error = total + sweeps, problem.error(P)
-            rate = np.log(before / error) / sweeps if 0 < error < before else 0.0
-            is_hopeless = rate == 0.0 or np.log(error / tol) / rate > 3000
-            if error <= tol or is_hopeless or time.monotonic() >= until:
-                return P, total
-            before = error
-
-
 def inside(problem: Problem) -> list[Solver]:
-    """The shortest one: sweeps, Newton, interior points from three distances, 20 000 sweeps."""
+    """Without pivoting and the farthest distance: sweeps, Newton, interior points from three distances, sweeps."""
     return [NSGS(max_sweeps=100), Newton(patience=4), *from_inside(0.3, 0.03, 3.0), NSGS(max_sweeps=20_000)]
 
 
-LADDERS: dict[str, Ladder] = {"fourteen": fourteen, "inside": inside, "auto": ladder_of}
+LADDERS: dict[str, Ladder] = {"auto": ladder_of, "inside": inside}
 
 
 class Ascent(NamedTuple):
@@ -188,12 +148,17 @@ def published(folders: list[Path]) -> Iterator[tuple[str, Case]]:
             yield f"{path.stem}, {part:g} mu", Case(G, c, part * mu, dim)
 
 
-def large(folders: list[Path]) -> Iterator[tuple[str, Case]]:
-    """Hundreds and thousands of contacts."""
+def large(folders: list[Path], mu: float = 1.0) -> Iterator[tuple[str, Case]]:
+    """Hundreds and thousands of contacts, with so many times their coefficients of friction."""
     for name, dim, options in LARGE_KINDS:
         for size in LARGE:
-            case = FAMILIES[name](np.random.default_rng([7, size, dim]), size, dim, **options)
-            yield f"{name} {dim}-D{' at rest' * bool(options)}, {len(case.mu)} contacts", case
+            G, c, own, _ = FAMILIES[name](np.random.default_rng([7, size, dim]), size, dim, **options)
+            yield f"{name} {dim}-D{' at rest' * bool(options)}, {len(own)} contacts", Case(G, c, mu * own, dim)
 
 
-SETS = {"random": random, "heavy": heavy, "published": published, "large": large}
+def smooth(folders: list[Path]) -> Iterator[tuple[str, Case]]:
+    """The same without friction."""
+    yield from large(folders, 0.0)
+
+
+SETS = {"random": random, "heavy": heavy, "published": published, "large": large, "smooth": smooth}

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.contact.blocks.natural_map import cone_project, natural_map_of, velocity
+from nonsmooth.contact.blocks.natural_map import natural_map_of, put_on_cones, velocity
 from nonsmooth.contact.blocks.nsgs import sweep
 from nonsmooth.jit import kernel
 
@@ -42,18 +42,6 @@ def measure_sizes(rows, c, rho):
         if not (LEAST_SIZE < rho[i] < LARGEST_SIZE):
             return -1.0
     return math.sqrt(total) * peak
-
-
-@kernel
-def put_on_cones(mu, P, dim):
-    """Project the impulses on their cones, from which they are some roundings away."""
-    for i in range(mu.shape[0]):
-        k = i * dim
-        P_N, P_1, P_2 = cone_project(mu[i], P[k], P[k + 1], P[k + 2] if dim == 3 else 0.0)
-        P[k] = P_N
-        P[k + 1] = P_1
-        if dim == 3:
-            P[k + 2] = P_2
 
 
 @kernel

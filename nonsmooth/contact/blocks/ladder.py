@@ -2,20 +2,17 @@
 
 Each rung starts from the best iterate so far, until the error is within the tolerance:
 
-    one contact             single (closed form in the plane, a bracketed root in space)
-    no friction anywhere    the linear complementarity problem of the normals first
-    otherwise               nsgs (100 sweeps); newton, also from no impulses, or admm where factors cost more; interior
-                            and newton from four distances
-    few contacts            then pivoting: in the plane (up to 150) the complementarity problem and newton, in space
-                            (up to 50) that of the cone with four facets, from it interior and newton
-    at last                 nsgs (10 000 sweeps), and where factors are cheap proximal
+    one contact     single (closed form in the plane, a bracketed root in space)
+    no friction     the linear complementarity problem of the normals first
+    otherwise       nsgs (100 sweeps); newton; interior points from four distances, each with newton after it
+    few contacts    then pivoting on the cone with the fewest facets, and from its solution newton and interior
+    at last         nsgs (20 000 sweeps)
 
 then a polish where factors are cheap. ``python -m benchmarks ladder`` compares ladders (docs/benchmarks/ladder.md).
 """
 
 from __future__ import annotations
 
-import functools
 import math
 import time
 from collections.abc import Iterable
@@ -23,27 +20,25 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from nonsmooth.contact.blocks.admm import ADMM, project
 from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
 from nonsmooth.contact.blocks.frictionless import Frictionless
 from nonsmooth.contact.blocks.interior import Interior
+from nonsmooth.contact.blocks.natural_map import put_on_cones_entry
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
-from nonsmooth.contact.blocks.polish import polish
 from nonsmooth.contact.blocks.problem import Problem
-from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.errors import InvalidInput
 
 CHEAP_ENTRIES = 50_000  # measured: stored entries of G up to which a sparse LU takes a few milliseconds
 FIRST_SWEEPS = 100  # measured: sweeps: enough for most loose assemblies, and a good start for Newton on the others
-BRIEF_ITERATIONS = 300  # measured: iterations with one or two factors: a large packing or wall takes no more
 # measured: within which a first Newton must halve the error; a success rarely takes more (benchmarks/problems.py)
 NEWTON_TRIAL_STEPS = 4
 # chosen: distances from the boundary, for interior points: where one path fails, another ends; from OUTERMOST those of
 # 14 towers of masses over six decades, of 18 that no other rung solved (of 480 problems)
 NEAR, INSIDE, FAR, OUTERMOST = 0.03, 0.3, 3.0, 30.0
-LAST_SWEEPS = 10_000  # measured: sweeps: of 14 problems that 20 000 end, 13 take no more
-LAST_SOLVES = 200  # chosen: linear systems of the last resort
+LAST_SWEEPS = 20_000  # measured: of 240 random problems two are ended by these, and one of the two by 10 000
+POLISHED_ERROR = 1e-13  # chosen: some hundreds of roundings of the largest term
+POLISH_STEPS = 4  # chosen: of Newton's method near a solution, where the modes are known
 LCP_CONTACTS = 150  # measured: planar contacts: an LCP with 600 unknowns, about a second
 FACET_CONTACTS = 50  # measured: spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
 
@@ -74,25 +69,16 @@ class Single(NamedTuple):
         return NSGS(max_sweeps=1).run(problem, np.zeros(problem.n), tol, until)
 
 
-class FromNothing(NamedTuple):
-    """Newton's method from no impulses: where contacts outnumber velocities, sweeps may end where it goes nowhere."""
-
-    name: str = "newton from zero"
-
-    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
-        """The best iterate found; P is not used."""
-        return Newton(patience=NEWTON_TRIAL_STEPS).run(problem, np.zeros(problem.n), tol, until)
-
-
 class FromFacets(NamedTuple):
-    """Spatial contacts afresh: the complementarity problem of the coarsest faceted cone, then inside the round one."""
+    """Few contacts afresh: the complementarity problem of the coarsest faceted cone, then inside the round one."""
 
     name: str = "facets"
 
     def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """The best iterate from the faceted solution; P is not used."""
         P, pivots = FacetedLCP(facets=4).run(problem, P, tol)
-        end = climb(problem, P, tol, from_inside(INSIDE, NEAR, FAR), until=until)
+        rungs = [Newton(patience=NEWTON_TRIAL_STEPS), *from_inside(INSIDE, NEAR, FAR)]
+        end = climb(problem, P, tol, rungs, until=until)
         return end.P, pivots + end.iterations
 
 
@@ -115,21 +101,11 @@ def ladder_of(problem: Problem) -> list[Solver]:
     if problem.n_c == 1:
         return [Single()]
     is_few = problem.n_c <= (LCP_CONTACTS if problem.dim == 2 else FACET_CONTACTS)
-    rungs = _rungs(problem.dim, is_few, is_cheap(problem))
-    return rungs if problem.mu.any() else [Frictionless(), *rungs]
-
-
-@functools.cache
-def _rungs(dim: int, is_few: bool, is_cheap: bool) -> list[Solver]:
-    second: list[Solver] = [Newton(patience=NEWTON_TRIAL_STEPS), FromNothing()]
-    if not is_cheap:
-        second = [ADMM(max_iterations=BRIEF_ITERATIONS)]
-    pivoting: list[Solver] = [FacetedLCP(), Newton()] if dim == 2 else [FromFacets()]
-    last: list[Solver] = [Proximal(max_solves=LAST_SOLVES)] if is_cheap else []
-    return [
-        NSGS(max_sweeps=FIRST_SWEEPS), *second, *from_inside(INSIDE, NEAR, FAR, OUTERMOST),
-        *(pivoting if is_few else []), NSGS(max_sweeps=LAST_SWEEPS), *last,
+    rungs: list[Solver] = [
+        NSGS(max_sweeps=FIRST_SWEEPS), Newton(patience=NEWTON_TRIAL_STEPS),
+        *from_inside(INSIDE, NEAR, FAR, OUTERMOST), *([FromFacets()] if is_few else []), NSGS(max_sweeps=LAST_SWEEPS),
     ]  # fmt: skip
+    return rungs if problem.mu.any() else [Frictionless(), *rungs]
 
 
 def from_inside(*starts: float) -> list[Solver]:
@@ -151,11 +127,11 @@ def climb(problem: Problem, P: np.ndarray, tol: float, rungs: Iterable[Solver], 
         notes.append(f"{solver.name}: error {error:.1e} after {count}")
         if error <= least or len(notes) == 1:
             P, least, name = trial, error, solver.name
-    if use_polish and 1e-13 < least <= tol and time.monotonic() < until:
-        P, count = polish(problem, P)
+    if use_polish and POLISHED_ERROR < least <= tol and time.monotonic() < until:
+        P, count = Newton(max_iterations=POLISH_STEPS).run(problem, P, POLISHED_ERROR)
         iterations += count
         notes.append(f"polish: error {problem.error(P):.1e} after {count}")
-    project(problem.mu, problem.dim, on_cone := P.copy())  # Newton leaves the cone by roundings
+    put_on_cones_entry(problem.mu, on_cone := P.copy(), problem.dim)  # Newton leaves the cone by roundings
     if problem.error(on_cone) <= max(tol, least):
         P = on_cone
     return Climb(P, name, iterations, notes)

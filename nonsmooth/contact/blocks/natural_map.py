@@ -43,6 +43,18 @@ def cone_project(mu, y_N, y_1, y_2):
 
 
 @kernel
+def put_on_cones(mu, P, dim):
+    """Project the impulses on their cones, from which they are some roundings away."""
+    for i in range(mu.shape[0]):
+        k = i * dim
+        P_N, P_1, P_2 = cone_project(mu[i], P[k], P[k + 1], P[k + 2] if dim == 3 else 0.0)
+        P[k] = P_N
+        P[k + 1] = P_1
+        if dim == 3:
+            P[k + 2] = P_2
+
+
+@kernel
 def natural_map_of(mu, rho, P, gamma, k, dim):
     """|F_i|^2 of the contact whose rows begin at k."""
     P_2 = 0.0
@@ -77,3 +89,9 @@ def velocity_entry(G, indices, indptr, c, P, gamma):
 def natural_map_entry(mu, rho, weight, P, gamma, dim):
     """`natural_map` for calls from Python."""
     return natural_map(mu, rho, weight, P, gamma, dim)
+
+
+@kernel("void(float64[::1], float64[::1], int64)", takes_arrays=True)
+def put_on_cones_entry(mu, P, dim):
+    """`put_on_cones` for calls from Python."""
+    put_on_cones(mu, P, dim)

@@ -12,8 +12,7 @@ F is piecewise smooth; an element of its generalised Jacobian is A + B G with bl
             A_TT = rho (I - D),  A_TN = -rho mu t,  B_TT = D,  B_TN = mu t,  D = mu x_N / |x_T| (I - t t^T)
 
 Locally quadratic when the Jacobian is regular. It is singular where G is, for stacked and other hyperstatic contacts; a
-shift by 1e-9 then selects one of the many impulses, once the modes are right. Where that does not suffice ``proximal``
-puts a larger multiple of the identity under it.
+shift by 1e-9 then selects one of the many impulses, once the modes are right.
 
 Source: Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375; the nonmonotone search is that of Grippo,
 Lampariello and Lucidi, SIAM J. Numer. Anal. 23 (1986) 707-716.

@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from nonsmooth.contact.blocks.few_contacts import error_of, measure_sizes, put_on_cones
+from nonsmooth.contact.blocks.few_contacts import error_of, measure_sizes
 from nonsmooth.contact.blocks.linear import jacobian_entry
-from nonsmooth.contact.blocks.natural_map import velocity
+from nonsmooth.contact.blocks.natural_map import put_on_cones, velocity
 from nonsmooth.contact.blocks.newton import alart_curnier
 from nonsmooth.jit import kernel
 from nonsmooth.numerics.dense import lu, lu_solve

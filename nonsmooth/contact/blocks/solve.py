@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_name, as_positive, as_tolerance, as_vector
-from nonsmooth.contact.blocks.admm import ADMM
 from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
 from nonsmooth.contact.blocks.few_contacts import sweep_few
 from nonsmooth.contact.blocks.frictionless import Frictionless
@@ -21,6 +20,7 @@ from nonsmooth.contact.blocks.interior import Interior
 from nonsmooth.contact.blocks.ladder import (
     CHEAP_ENTRIES,
     FIRST_SWEEPS,
+    POLISHED_ERROR,
     Climb,
     Single,
     Solver,
@@ -32,9 +32,7 @@ from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.newton_few import FEW_UNKNOWNS, SWEEPS_BEFORE, newton_memory, step_few
 from nonsmooth.contact.blocks.nsgs import NSGS
 from nonsmooth.contact.blocks.one_contact import solve_one
-from nonsmooth.contact.blocks.polish import POLISHED_ERROR
 from nonsmooth.contact.blocks.problem import Blocks, Problem, as_blocks, check_vectors, scale_problem, weighed_problem
-from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 from nonsmooth.numerics.one_blas_thread import one_blas_thread
 
@@ -43,8 +41,6 @@ SOLVERS: dict[str, Solver] = {
     "nsgs": NSGS(),
     "newton": Newton(),
     "interior": Interior(),
-    "proximal": Proximal(),
-    "admm": ADMM(),
     "lcp": FacetedLCP(),
     "frictionless": Frictionless(),
 }
@@ -77,8 +73,8 @@ def solve_contact(
     dim : {2, 3}
         Planar or spatial.
     solver : str
-        "auto", "single" (one contact), "nsgs", "newton", "interior", "proximal", "admm", "lcp" (exact in the plane
-        only) or "frictionless" (mu = 0).
+        "auto", "single" (one contact), "nsgs", "newton", "interior", "lcp" (exact in the plane only) or "frictionless"
+        (mu = 0).
     tol : float
         Largest accepted natural-map error, relative to the norm of c [-].
     guess : array_like, shape (n,), optional

@@ -7,10 +7,9 @@ import pytest
 
 from benchmarks.problems import FAMILIES
 from nonsmooth.contact.blocks.few_contacts import sweep_few
-from nonsmooth.contact.blocks.ladder import FIRST_SWEEPS, Single, climb
+from nonsmooth.contact.blocks.ladder import FIRST_SWEEPS, POLISHED_ERROR, Single, climb
 from nonsmooth.contact.blocks.newton_few import FEW_UNKNOWNS, STEPS_AT_MOST, newton_memory, step_few
 from nonsmooth.contact.blocks.one_contact import solve_one
-from nonsmooth.contact.blocks.polish import POLISHED_ERROR
 from nonsmooth.contact.blocks.problem import as_matrix, check_problem, scale_problem
 from nonsmooth.contact.blocks.result import ContactStatus
 from nonsmooth.contact.blocks.solve import solve_contact

@@ -32,14 +32,6 @@ def test_auto_reaches_1e8_on_every_problem_and_1e12_when_asked(path):
     assert sharper.success and sharper.error <= 1e-12, sharper.message
 
 
-@pytest.mark.parametrize("solver", ["proximal", "admm"])
-def test_methods_for_redundant_contacts_need_no_help(solver):
-    for path in FILES:
-        if "Kaplas" not in path.name:
-            result = solve_contact(*load(path), solver=solver)
-            assert result.success, f"{path.name}: {result.message}"
-
-
 @pytest.mark.slow
 def test_thousands_of_planar_grains_settle():
     """A triangular packing of 60 x 60 discs falling on a floor, a random half of its 10 000 contacts closed."""

@@ -53,7 +53,7 @@ def inclusion_error(G, c, mu, dim, P):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("solver", ["auto", "nsgs", "newton", "interior", "proximal", "admm"])
+@pytest.mark.parametrize("solver", ["auto", "nsgs", "newton", "interior"])
 def test_every_solver_solves_a_loose_assembly(solver, dim):
     G, c, mu = assembly(3, 6, 5, dim)
     result = solve_contact(G, c, mu, dim, solver=solver)
@@ -111,7 +111,7 @@ def test_masses_over_six_decades_and_friction_up_to_two_do_not_stall_auto(size, 
 
 
 def test_hundreds_of_redundant_contacts_without_friction_are_one_problem_of_their_normals():
-    """A packing on which Gauss-Seidel stalls above 1e-3."""
+    """A packing on which Gauss-Seidel stalls near 1e-3."""
     from benchmarks.problems import packing
 
     case = packing(np.random.default_rng(0), 500, 2)
@@ -179,7 +179,7 @@ def test_unsymmetric_matrix_is_not_symmetrised():
     G, c, mu = assembly(8, 6, 5, 3)
     skew = np.triu(np.full_like(G, 0.01), 1)
     G = G + skew - skew.T
-    for solver in ("auto", "newton", "interior", "proximal", "admm"):
+    for solver in ("auto", "newton", "interior"):
         result = solve_contact(G, c, mu, 3, solver=solver)
         assert inclusion_error(G, c, mu, 3, result.P) <= 1.1e-8, solver
 
@@ -237,7 +237,7 @@ def pile():
     return packing(np.random.default_rng([7, 200, 3]), 200, 3, noise=0.0)
 
 
-@pytest.mark.parametrize("solver", ["auto", "nsgs", "newton", "interior", "proximal", "admm"])
+@pytest.mark.parametrize("solver", ["auto", "nsgs", "newton", "interior"])
 def test_at_the_end_of_its_time_a_solver_returns_the_best_iterate_with_its_true_error(solver, pile, monkeypatch):
     """A clock that ticks once a look: forty looks are a second or less of any of them, and none is done."""
     ticks = itertools.count()
