@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.core_scenes import row_of_blocks, sliding_rod
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.simulate import simulate_whole
 
@@ -136,7 +136,7 @@ def run_recorded(checkpoint: Path | None) -> float:
 
 def run_model(name: str, specialise: bool) -> float:
     """Nanoseconds a step of a model from its own start: the belt oscillator in its cycle, the ball that bounces."""
-    model, integrator = load_model(name)(), MoreauJean(dt=1e-4, specialise=specialise)
+    model, integrator = load(name)(), MoreauJean(dt=1e-4, specialise=specialise)
     solution = simulate_whole(model, (0, STEPS * 1e-4), *model.state(), integrator=integrator, every=STEPS)
     return float(solution.stats.wall_time / STEPS * 1e9)
 

@@ -29,7 +29,7 @@ import numpy as np
 from benchmarks.core import ROD_STEPS, ROOT, SPAN, compile_c, run_c, script
 from benchmarks.core_scenes import sliding_rod
 from benchmarks.solvers import table
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.integrators.moreau_jean import step as step_of_rod
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import Kernel
@@ -305,7 +305,7 @@ def load_time(entry: str, cache: str, what: str) -> float:
 
 def print_cell() -> None:
     """A table of what a cell of a sweep costs beside its steps."""
-    belt = load_model("belt-oscillator")()
+    belt = load("belt-oscillator")()
     speeds = {"vb": np.linspace(0.05, 0.5, CELLS)}
 
     def swept(steps: int, measures: list[str], journal: Path | None = None) -> float:
@@ -367,7 +367,7 @@ def print_lanes() -> None:
 
 def run_belts() -> float:
     """Nanoseconds of processor time a step of belts at the speeds of the lanes, each in the loop of its own."""
-    belt, started = load_model("belt-oscillator"), time.process_time()
+    belt, started = load("belt-oscillator"), time.process_time()
     for speed in BELT_SPEEDS:
         integrator = MoreauJean(DT, specialise=True)
         simulate_whole(belt(vb=speed), (0, LANE_STEPS * DT), [0.0], [0.0], integrator=integrator, every=LANE_STEPS,

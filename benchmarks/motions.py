@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 
 BEADS = 20  # the dense Jacobian of an implicit method is not made for a hundred
 
@@ -28,31 +28,31 @@ class Motion(NamedTuple):
 
 def motions() -> dict[str, Motion]:
     """The scenes of the field: through impacts, accumulations, sticking, paradoxes."""
-    sprag_slip = load_model("sprag-slip")
-    belt = load_model("belt-oscillator")(k=10.0, c=0.1, m0=0.4, m1=0.45, m3=0.6, vb=0.2, N=1.0)
+    sprag_slip = load("sprag-slip")
+    belt = load("belt-oscillator")(k=10.0, c=0.1, m0=0.4, m1=0.45, m3=0.6, vb=0.2, N=1.0)
     return {
-        "ball through Zeno": Motion(load_model("bouncing-ball")(e=0.5), {"height": 1.0}, 2.0),
-        "sliding block": Motion(load_model("sliding-block")(mu=0.3), {"speed": 2.0}, 1.0),
+        "ball through Zeno": Motion(load("bouncing-ball")(e=0.5), {"height": 1.0}, 2.0),
+        "sliding block": Motion(load("sliding-block")(mu=0.3), {"speed": 2.0}, 1.0),
         "rod, slip and stick": Motion(
-            load_model("painleve-rod")(mu=0.5), {"th": math.pi / 3, "thdot": 0.0, "slip": 1.0}, 0.3
+            load("painleve-rod")(mu=0.5), {"th": math.pi / 3, "thdot": 0.0, "slip": 1.0}, 0.3
         ),
         "belt, stick-slip": Motion(belt, {}, 20.0),
-        "rocking block": Motion(load_model("rocking-block")(), {}, 3.0),
-        "pendulum against a wall": Motion(load_model("wall-pendulum")(), {}, 5.0),
+        "rocking block": Motion(load("rocking-block")(), {}, 3.0),
+        "pendulum against a wall": Motion(load("wall-pendulum")(), {}, 5.0),
         "sprag-slip, limit cycle": Motion(sprag_slip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}, 3.0),
         "sprag-slip, seizures": Motion(sprag_slip(), {"th": 0.8, "thdot": 0.0}, 3.0),
-        "bead chain": Motion(load_model("bead-chain")(n=BEADS), {}, 2.0),
-        "slider-crank": Motion(load_model("slider-crank")(), {}, 0.2),
-        "woodpecker": Motion(load_model("woodpecker")(), {}, 0.6),
+        "bead chain": Motion(load("bead-chain")(n=BEADS), {}, 2.0),
+        "slider-crank": Motion(load("slider-crank")(), {}, 0.2),
+        "woodpecker": Motion(load("woodpecker")(), {}, 0.6),
     }
 
 
 def bilateral_motions() -> dict[str, Motion]:
     """Motions on bilateral and compliant contacts, which other programs do not have."""
     return {
-        "bilateral rod": Motion(load_model("bilateral-rod")(mu=0.8), {"th": 1.0, "thdot": 0.0, "slip": 1.0}, 0.3),
-        "mode coupling": Motion(load_model("mode-coupling")(), {}, 2.0),
-        "lead screw": Motion(load_model("lead-screw")(), {}, 0.3),
+        "bilateral rod": Motion(load("bilateral-rod")(mu=0.8), {"th": 1.0, "thdot": 0.0, "slip": 1.0}, 0.3),
+        "mode coupling": Motion(load("mode-coupling")(), {}, 2.0),
+        "lead screw": Motion(load("lead-screw")(), {}, 0.3),
     }
 
 
@@ -64,7 +64,7 @@ def random_motion(rng: np.random.Generator) -> tuple[Any, tuple[np.ndarray, np.n
 
 
 def sliding_rod(rng: np.random.Generator) -> tuple:
-    rod = load_model("painleve-rod")(mu=rng.uniform(0.1, 3.0), e=rng.choice([0.0, 0.5, 1.0]))
+    rod = load("painleve-rod")(mu=rng.uniform(0.1, 3.0), e=rng.choice([0.0, 0.5, 1.0]))
     return rod, rod.state(th=rng.uniform(0.2, 2.9), thdot=4 * rng.normal(), slip=2 * rng.normal()), 0.3
 
 
@@ -74,17 +74,17 @@ def flying_rod(rng: np.random.Generator) -> tuple:
 
 
 def sprag_slip(rng: np.random.Generator) -> tuple:
-    rod = load_model("sprag-slip")(mu=rng.uniform(0.2, 1.6))
+    rod = load("sprag-slip")(mu=rng.uniform(0.2, 1.6))
     return rod, rod.state(th=rng.uniform(0.3, 1.3), thdot=3 * rng.normal()), 2.0
 
 
 def bilateral_rod(rng: np.random.Generator) -> tuple:
-    rod = load_model("bilateral-rod")(mu=rng.uniform(0.1, 2.5))
+    rod = load("bilateral-rod")(mu=rng.uniform(0.1, 2.5))
     return rod, rod.state(th=rng.uniform(0.2, 1.4), thdot=4 * rng.normal(), slip=2 * rng.normal()), 0.3
 
 
 def block(rng: np.random.Generator) -> tuple:
-    model = load_model("rocking-block")(
+    model = load("rocking-block")(
         width=rng.uniform(0.1, 1.0), height=0.6, mu=rng.uniform(0.0, 1.5), e=rng.choice([0.0, 0.8])
     )
     q0, u0 = model.state(tilt=rng.uniform(-0.5, 0.5))
@@ -92,15 +92,15 @@ def block(rng: np.random.Generator) -> tuple:
 
 
 def lead_screw(rng: np.random.Generator) -> tuple:
-    screw = load_model("lead-screw")(mu=rng.uniform(0.05, 0.4))
+    screw = load("lead-screw")(mu=rng.uniform(0.05, 0.4))
     return screw, screw.state(), 0.3
 
 
 def pendulum(rng: np.random.Generator) -> tuple:
-    model = load_model("wall-pendulum")(th_w=rng.uniform(-0.5, 1.0), e=rng.uniform())
+    model = load("wall-pendulum")(th_w=rng.uniform(-0.5, 1.0), e=rng.uniform())
     return model, model.state(th=rng.uniform(1.05, 1.8)), 10.0
 
 
 def chain(rng: np.random.Generator) -> tuple:
-    beads = load_model("bead-chain")(n=int(rng.integers(2, 14)), e=rng.uniform())
+    beads = load("bead-chain")(n=int(rng.integers(2, 14)), e=rng.uniform())
     return beads, beads.state(velocity=1.0), 0.5

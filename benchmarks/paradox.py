@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.core_scenes import row_of_blocks
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.paradox.classify import classify
 from nonsmooth.studies.paradox_map import paradox_map
 
@@ -34,7 +34,7 @@ def main(argv: list[str] | None = None) -> int:
     print(f"{platform.platform()}, Python {platform.python_version()}, processor time, least of {REPEATS}\n")
     for name, ends in MAPS.items():
         axes: dict[str, Any] = {axis: np.linspace(*end, SIDE) for axis, end in ends.items()}
-        model = load_model(name)()
+        model = load(name)()
         whole_map(model, {axis: values[:2] for axis, values in axes.items()})  # compile
         seconds = least_time(functools.partial(whole_map, model, axes))
         print(f"map of {SIDE**2} states, {name:14} {seconds:7.3f} s  ({1e9 * seconds / SIDE**2:.0f} ns a state)")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
@@ -46,16 +46,16 @@ class Figures(NamedTuple):
 
 def cases() -> dict[str, Case]:
     """The motions: a seizure with stick and slip after it, an impact without collision, bounces."""
-    rod = load_model("painleve-rod")(mu=2.0)
+    rod = load("painleve-rod")(mu=2.0)
     return {
         "sprag-slip, kc = cc = 1e6, seizure": Case(
-            load_model("sprag-slip")(), {"th": 0.78, "thdot": 1.0}, 0.4, {"stiffness": 1e6, "damping": 1e6}
+            load("sprag-slip")(), {"th": 0.78, "thdot": 1.0}, 0.4, {"stiffness": 1e6, "damping": 1e6}
         ),
         "rod, k = 1e8, impact without collision": Case(
             rod, {"th": math.pi / 3, "slip": -1.0}, 4e-3, {"stiffness": 1e8}
         ),
         "ball, k = 1e6, zeta = 0.2, three bounces": Case(
-            load_model("bouncing-ball")(), {"height": 1.0}, 1.3, {"stiffness": 1e6, "damping_ratio": 0.2}
+            load("bouncing-ball")(), {"height": 1.0}, 1.3, {"stiffness": 1e6, "damping_ratio": 0.2}
         ),
     }
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.cycles.limit_cycle import limit_cycle
@@ -27,7 +27,7 @@ VALUES = 100
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table; returns the exit code."""
-    belt, coupling = load_model("belt-oscillator"), load_model("mode-coupling")
+    belt, coupling = load("belt-oscillator"), load("mode-coupling")
     slow, values = belt(vb=SPEEDS[0]), np.linspace(*SPEEDS, VALUES)
     first = limit_cycle(slow)
     print(f"{platform.platform()}, Python {platform.python_version()}, least of {REPEATS}: processor and clock [s]\n")

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.core_scenes import row_of_blocks
 from benchmarks.stress_figures import EPS, Case, Method
 from benchmarks.stress_scenes import box_on
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
@@ -57,7 +57,7 @@ def controlled(bound: float) -> list[Method]:
 def ball_at_rest_after_bounces() -> Case:
     """Infinitely many bounces end at t_inf; then the ball lies. A time step is late by dt at every bounce that it sees,
     the sum of which is the geometric series of the velocities lost, (1 + e)/(1 - e) v dt; it lies within dt v."""
-    ball = load_model("bouncing-ball")(e=0.8)
+    ball = load("bouncing-ball")(e=0.8)
     v = math.sqrt(2 * G)
     return Case("ball, e = 0.8, through its accumulation", ball, ball.state(height=1.0), 10.0,
                 lambda s: float(abs(s.q[-1, 0]) + abs(s.u[-1, 0])),
@@ -67,7 +67,7 @@ def ball_at_rest_after_bounces() -> Case:
 def cascade(n: int) -> Case:
     """Beads that strike one another and a wall. Located events: the closed form, with the rounding of each impact. Time
     steps: what the beads have in common, the momentum, is exact; the law takes energy away and never gives any."""
-    chain = load_model("bead-chain")(n=n, e=0.9)
+    chain = load("bead-chain")(n=n, e=0.9)
     t_end = 1.2e-3 * n  # the first impact on the wall comes at about n gap/v
     _, u_exact = chain.exact(t_end)
 
@@ -95,7 +95,7 @@ def stopping_block(dt: float) -> Case:
 
 def stuck_on_incline(steps: int) -> Case:
     """True sticking: not one unit in the last place in a million steps."""
-    block = load_model("inclined-block")()
+    block = load("inclined-block")()
     return Case(f"block sticks on an incline, {steps:.0e} steps", block, block.state(slip=0.0), steps * 1e-3,
                 lambda s: float(np.abs(s.q[-1] - s.q[0]).max()), [Method(MoreauJean(1e-3), 0.0)],
                 every=steps // 100)  # fmt: skip
@@ -104,7 +104,7 @@ def stuck_on_incline(steps: int) -> Case:
 def bouncing_forever(steps: int) -> Case:
     """e = 1: T + V is kept. A step of constant force keeps it exactly, and so does the impact, which turns the velocity
     and stays where it is; each step rounds T and V once."""
-    ball = load_model("bouncing-ball")(e=1.0)
+    ball = load("bouncing-ball")(e=1.0)
     return Case(f"ball, e = 1, {steps:.0e} steps", ball, ball.state(height=1.0), steps * 1e-3, energy_drift,
                 [Method(MoreauJean(1e-3), 4 * EPS * steps)], every=max(1, steps // 1000))  # fmt: skip
 
@@ -118,7 +118,7 @@ def energy_drift(solution: Solution) -> float:
 def belt_for_long(steps: int) -> Case:
     """Stick–slip on a belt: a cycle neither grows nor dies, its amplitude in the last tenth is that of the second one.
     Where the steps lie within a cycle changes the amplitude, which is about vb times a second, by vb dt."""
-    belt = load_model("belt-oscillator")()
+    belt = load("belt-oscillator")()
     dt = 1e-3
 
     def change(s: Solution) -> float:
@@ -132,7 +132,7 @@ def belt_for_long(steps: int) -> Case:
 
 def beads_forever(n: int) -> Case:
     """e = 1: beads exchange velocities and never gain or lose energy; an impact of several rounds its n velocities."""
-    chain = load_model("bead-chain")(n=n, e=1.0)
+    chain = load("bead-chain")(n=n, e=1.0)
     steps = 10_000
 
     def change(s: Solution) -> float:
@@ -206,7 +206,7 @@ SEIZES = ("sprag-slip", "impact")
 
 def paradox(name: str, state: dict[str, float], selection: str) -> Case:
     """Through paradoxes by every rule: the run ends, friction and impacts take energy, a gain is that of a surface."""
-    model = load_model(name)()
+    model = load(name)()
     model = replace(model, mu=2.0) if name == "painleve-rod" else model
     methods, t_end = controlled(1e-7), 0.2
     if (name, selection) == SEIZES:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.stress_figures import EPS, Outcome, name_of
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
@@ -65,7 +65,7 @@ def trials() -> Iterator[Trial]:
 def block(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
     """A rocking block, its start, and the units of its coordinates."""
     L, B, T = scale
-    one = load_model("rocking-block")(mu=0.4, e=0.3)
+    one = load("rocking-block")(mu=0.4, e=0.3)
     q0, u0 = one.state(tilt=0.2)
     model = replace(one, m=one.m * B, width=one.width * L, height=one.height * L, g=one.g * L / T**2)
     unit = np.array([L, L, 1.0])
@@ -75,7 +75,7 @@ def block(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarra
 def ball(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
     """A bouncing ball, its start, and the unit of its coordinate."""
     L, B, T = scale
-    one = load_model("bouncing-ball")(e=0.8)
+    one = load("bouncing-ball")(e=0.8)
     q0, u0 = one.state(height=1.0)
     return replace(one, m=one.m * B, g=one.g * L / T**2), q0 * L, u0 * L / T, np.array([L])
 

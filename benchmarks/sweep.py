@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.run import Run
@@ -54,7 +54,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def belt_task() -> RunTask:
     """Runs of the belt oscillator: 200 steps, final state and number of paradoxes."""
-    belt = load_model("belt-oscillator")()
+    belt = load("belt-oscillator")()
     return RunTask(belt, ["final_state", "paradoxes"], t_span=(0, STEPS * DT), integrator=MoreauJean(DT))
 
 
@@ -112,7 +112,7 @@ def cells_of_their_own(start: str) -> np.ndarray:
 def print_map() -> None:
     """Time a map of paradoxes through the sweep."""
     axes = {"th": np.linspace(0.01, 1.56, MAP_SIDE), "mu": np.linspace(0.0, 3.0, MAP_SIDE)}
-    task = MapTask(load_model("painleve-rod")(), kept=1, slip=-1.0)
+    task = MapTask(load("painleve-rod")(), kept=1, slip=-1.0)
     timed(task, {name: values[:2] for name, values in axes.items()})  # compile, or load
     for workers in (1, 2):
         print_map_time(f"map of {MAP_SIDE**2} states, {workers} workers", timed(task, axes, workers=workers))
@@ -130,7 +130,7 @@ def print_map_time(what: str, seconds: np.ndarray) -> None:
 
 def bare_run() -> np.ndarray:
     """Seconds of the steps of one run, mean over cells spread over the sweep."""
-    belt, integrator = load_model("belt-oscillator"), MoreauJean(DT)
+    belt, integrator = load("belt-oscillator"), MoreauJean(DT)
     table = make_timetable(integrator, (0, STEPS * DT), STEPS, None)
     total = np.zeros(2)
     rng = np.random.default_rng(1)

@@ -75,16 +75,6 @@ def load(name: str) -> Any:
     return load_entry(known[name])
 
 
-def load_model(name: str) -> Any:
-    """The class of a registered model; `InvalidInput` for a scene, which has no system."""
-    known = model_entries()
-    if name in known:
-        return load_entry(known[name])
-    if name in scene_entries():
-        raise InvalidInput(f"{name} is a scene of bodies, which `nonsmooth run` sets in motion; a model is needed here")
-    raise UnknownName(f"there is no model {name!r}; {nearest(name, known)}")
-
-
 def load_entry(entry: EntryPoint) -> Any:
     """What an entry point names."""
     method = "scene" if entry.group == SCENES else "system"

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from nonsmooth.catalogue.entries import load, load_model
+from nonsmooth.catalogue.entries import load
 from nonsmooth.catalogue.files import from_file, is_file
 from nonsmooth.commands.typed_input import assignments
 from nonsmooth.errors import InvalidInput, UnknownName
+from nonsmooth.scenes.given import as_model
 
 if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
@@ -17,24 +18,22 @@ MODEL = "a name of `nonsmooth list`, or FILE.py:NAME, a class, an instance, a Sy
 
 
 def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> Any:
-    """The model with its parameters changed; ``arguments.model`` is its plain name from then on.
+    """The model with its parameters changed; ``arguments.model`` is its plain name from then on. A scene is its system
+    unless ``takes_scenes``.
 
     Raises
     ------
     UnknownName, InvalidInput
-        For a name that is none, parameters that it does not have, and a scene where a model is needed.
+        For a name that is none, parameters that it does not have, and a scene without a system where one is needed.
     """
     changes = assignments("--set", arguments.set)
     if is_file(arguments.model):
         name, found = from_file(arguments.model, changes)
         arguments.model = name
     else:
-        found = load(arguments.model) if takes_scenes else load_model(arguments.model)
+        found = load(arguments.model)
     model = with_set(found, changes)
-    if not takes_scenes and is_scene(model):
-        raise InvalidInput(f"{arguments.model} is a scene of bodies, which `nonsmooth run` sets in motion; a model is "
-                           "needed here")  # fmt: skip
-    return model
+    return model if takes_scenes else as_model(model)
 
 
 def require_units(model: Any, axes: list[Axis]) -> None:

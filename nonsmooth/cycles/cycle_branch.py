@@ -33,6 +33,7 @@ from nonsmooth.mechanics.start import answers_start
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.scenes.given import as_model
 from nonsmooth.signals.telling import tell
 from nonsmooth.views import Worded, view
 
@@ -138,7 +139,7 @@ def continue_cycle(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     parameter : str
     values : (k,)
         In the order in which they are visited.
@@ -162,7 +163,7 @@ def continue_cycle(
     InvalidInput
         When there are no values, or there is no cycle at the first one.
     """
-    grid, system = as_vector("values", values), as_system(system)
+    grid, system = as_vector("values", values), as_system(as_model(system))
     if grid.size == 0:
         raise InvalidInput(f"values of {parameter} must be at least one; got none")
     as_name("parameter", parameter, system.parameter_values)

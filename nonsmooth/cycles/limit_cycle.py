@@ -20,6 +20,7 @@ from nonsmooth.mechanics.start import answers_start, forms_of, own_state, own_ti
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.scenes.given import as_model
 
 DYING = 0.1  # chosen: a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle
 ATTEMPTS = 5  # chosen: simulations, each twice as long as the one before
@@ -40,7 +41,7 @@ def limit_cycle(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     guess : Solution, LimitCycle, (q0, u0) or dict, optional
         A simulated motion whose end is nearly periodic; a cycle of the system at other parameters; or a start from
         which to simulate. The model's default state when left out.
@@ -79,7 +80,8 @@ def limit_cycle(
     >>> round(cycle.period, 8), round(cycle.stick_duration, 8), cycle.is_stable
     (2.02034826, 0.25014763, True)
     """
-    model, system = system, as_system(system)
+    model = as_model(system)
+    system = as_system(model)
     if guess is not None and state is not None:
         raise InvalidInput("give either guess or state; got both")
     word, guess = ("guess", guess) if state is None else ("state", state)

@@ -24,6 +24,7 @@ from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.start import own_state
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System
+from nonsmooth.scenes.given import as_model
 from nonsmooth.views import Worded
 
 EQUILIBRIUM_NEWTON_STEPS = 60  # chosen: Newton steps before a guess is given up
@@ -84,7 +85,7 @@ def equilibrium(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     guess : (n_q,), optional
         Coordinates to start from; those of the model's default state when left out. Unilateral contacts whose gap
         is open at the guess stay open.
@@ -117,11 +118,14 @@ def equilibrium(
     >>> round(float(other.q[1]), 9), other.wrong
     (0.572612565, ('contact 0 would have to be pulled, but its normal force is 28.0915 N',))
     """
-    given = system
-    system = as_system(system)
+    given = as_model(system)
+    system = as_system(given)
     q = _start(system, given) if guess is None else as_vector("guess", guess, system.n_q)
     mode = sliding_mode(system, q, sliding, normal, as_number("t", t, "s"))
-    return _solved(mode, q, np.zeros(mode.n_a))
+    try:
+        return _solved(mode, q, np.zeros(mode.n_a))
+    except NotIsolated:
+        return _solved(mode, q, _holding_forces(mode, q))
 
 
 def as_equilibrium(at: Any) -> Equilibrium:
@@ -178,6 +182,12 @@ def _start(system: System, given: Any) -> np.ndarray:
     """The coordinates of the model's default state, or zero."""
     state = own_state(given)
     return np.array(state()[0], float) if state else np.zeros(system.n_q)
+
+
+def _holding_forces(mode: SlidingMode, q: np.ndarray) -> np.ndarray:
+    """The la_N that come nearest to balance at q: a pin gives a pendulum its stiffness by its force alone."""
+    without = mode.force(q, np.zeros_like(q), np.zeros(mode.n_a)).real
+    return np.linalg.lstsq(mode.force_rows(q).T, -without, rcond=None)[0]
 
 
 def _solved(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> Equilibrium:

@@ -25,6 +25,7 @@ from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equili
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.scenes.given import as_model
 from nonsmooth.views import Worded
 
 # chosen: 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding
@@ -66,7 +67,7 @@ def flutter_boundary(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     parameter : str
     bracket : (low, high)
         One end stable, the other unstable; of several boundaries between them one is found.
@@ -97,7 +98,7 @@ def flutter_boundary(
     from scipy.optimize import brentq
 
     ends = as_vector("bracket", bracket, 2)
-    system = as_system(system)
+    system = as_system(as_model(system))
     as_name("parameter", parameter, system.parameter_values)
     start = equilibrium(system.with_parameters(**{parameter: float(ends[0])})) if at is None else as_equilibrium(at)
 

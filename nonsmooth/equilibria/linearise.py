@@ -25,6 +25,7 @@ import numpy as np
 from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.scenes.given import as_model
 from nonsmooth.views import Worded
 
 # derived: a real part below this part of |s| counts as zero: a double eigenvalue is known to sqrt(eps) only
@@ -174,7 +175,7 @@ def linearise(system: Any, at: Equilibrium | None = None) -> Linearisation:
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     at : Equilibrium, optional
         Of this system; ``equilibrium(system)`` when left out.
 
@@ -198,6 +199,7 @@ def linearise(system: Any, at: Equilibrium | None = None) -> Linearisation:
     >>> paradox.verdict.name, round(float(paradox.M[0, 0]), 9)
     ('NEGATIVE_INERTIA', -6.43482615)
     """
+    system = as_model(system)
     at = equilibrium(system) if at is None else as_equilibrium(at)
     system = as_system(system)
     if at.mode.system.functions != system.functions or not np.array_equal(at.mode.system.p, system.p):

@@ -17,6 +17,7 @@ from nonsmooth.errors import InvalidInput, MissingExtra, shown
 from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.units import unit_of_parameter
+from nonsmooth.scenes.given import as_model
 from nonsmooth.signals.telling import tell
 
 
@@ -27,7 +28,7 @@ def stability_map(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     axes : mapping
         Two parameters and their values.
     at : Equilibrium, optional
@@ -68,7 +69,7 @@ def stability_map(
     if len(axes) != 2:
         raise InvalidInput(f"axes must name two parameters; got {list(axes)}")
     (first, x), (second, y) = ((name, as_vector(name, values)) for name, values in axes.items())
-    system = as_system(system)
+    system = as_system(as_model(system))
     for name, values in ((first, x), (second, y)):
         as_name("parameter", name, system.parameter_values)
         if values.size == 0:

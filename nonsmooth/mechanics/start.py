@@ -4,6 +4,7 @@
 {"th": 0.8, "thdot": -1.0}     variables of the model's state(...); without one coordinates and their
                                rates, the others zero
 {"q0": ..., "u0": ...}         the pair, by name
+what has a method state()      what that gives, as the start of a scene
 {"q0[1]": 0.8}                 entries of it, or "q[1]"; the others as in the model's default state, or zero without one
 """
 
@@ -113,6 +114,8 @@ def start_of(model: Any, given: Any, name: str = "state") -> State:
         For another form, and a number that is none.
     """
     system = as_system(model)
+    if callable(getattr(given, "state", None)):
+        given = given.state()
     if not isinstance(given, Mapping):
         return as_pair(name, given, system)
     whole, entries, variables = split_state(model, given)

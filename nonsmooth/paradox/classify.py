@@ -35,6 +35,7 @@ from nonsmooth.paradox.judgement import (
 )
 from nonsmooth.paradox.kinds import ContactIsland, ForceSolution, ParadoxFlag, ParadoxKind, kind_of
 from nonsmooth.paradox.state_problem import forces_found
+from nonsmooth.scenes.given import as_model
 from nonsmooth.views import view
 
 STATED = ("t", "q", "u", "kind", "n_solutions", "is_complete")
@@ -189,13 +190,15 @@ def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
+        A scene as its ``system()``.
     t : float
         Time [s].
     q, u : array-like (n_q,), (n_u,)
         The state. Contacts with g_N = 0 and gamma_N = 0 take part, and all bilateral ones.
-    state : (q, u) or dict, optional
-        In their place, as of `simulate`: ``state=dict(th=0.8)``.
+    state : (q, u), dict, or a state of a scene, optional
+        In their place, as of `simulate`: ``state=dict(th=0.8)``; of a scene another one at its start, or
+        ``{"angle of rod": 0.8}``. Left out for a scene: its start.
     restitution : float, optional
         Coefficient e of the impacts listed; each contact's own e_N when left out.
     tolerance : float
@@ -228,8 +231,9 @@ def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state
     >>> [(solution.modes, round(float(solution.la_N[0]), 6)) for solution in c.solutions]
     [(('free',), 0.0), (('slide -',), 6.813606)]
     """
-    model, system = system, as_system(system)
-    t = as_number("t", t, "s")
+    model = as_model(system)
+    state = {} if model is not system and q is None and u is None and state is None else state
+    system, t = as_system(model), as_number("t", t, "s")
     if state is not None and (q is not None or u is not None):
         raise InvalidInput("give either q and u, or state; got both")
     if state is None and (q is None or u is None):

@@ -17,6 +17,7 @@ from nonsmooth.checks.arrays import as_number, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System
+from nonsmooth.scenes.given import as_model
 
 SCANNED = 400  # chosen: points of a range, between which the critical friction is taken to have one minimum at most
 ANGLE = 1e-12  # chosen: G_NF below this part of sqrt(G_NN G_FF) is rounding: no friction couples sliding to the gap
@@ -34,7 +35,7 @@ def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float =
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     q : array-like (n_q,)
         Configuration; only its inertia counts, whether or not the contact is closed.
     contact : int
@@ -60,7 +61,7 @@ def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float =
     >>> round(ns.critical_friction(rod, rod.state(th=math.pi / 3)[0]), 6)
     1.347151
     """
-    system = as_system(system)
+    system = as_system(as_model(system))
     i = checked_contact(system, contact)
     return _critical_friction(system, as_number("t", t, "s"), as_vector("q", q, system.n_q), i)
 
@@ -95,7 +96,7 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     """
     from scipy.optimize import minimize_scalar
 
-    system = as_system(system)
+    system = as_system(as_model(system))
     i, j = checked_contact(system, contact), system.described.coordinate(coordinate)
     q, t = as_vector("q", q, system.n_q), as_number("t", t, "s")
     low, high = as_vector("between", between, 2)

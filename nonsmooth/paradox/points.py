@@ -36,6 +36,7 @@ from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
+from nonsmooth.scenes.given import as_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +74,7 @@ class Points:
 
     def __init__(self, model: Any, names: tuple[str, ...], fixed: Mapping[str, float], t: float = 0.0,
                  state: Any = None) -> None:  # fmt: skip
+        model = as_model(model)
         state, fixed = held_fixed(model, state, fixed)
         self.t, self.names = t, names
         function = as_state_function(model, state)
@@ -239,6 +241,8 @@ def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str
 
 def held_fixed(model: Any, state: Any, fixed: Mapping[str, float]) -> tuple[Any, Mapping[str, float]]:
     """The variables of a state that was given by name join those held fixed; entries of it make a pair."""
+    if callable(getattr(state, "state", None)):
+        return start_of(model, state), fixed
     if not isinstance(state, Mapping):
         return state, fixed
     whole, entries, variables = split_state(model, state)

@@ -31,6 +31,13 @@ def as_scene(candidate: Any) -> Scene | None:
     return scene
 
 
+def as_model(candidate: Any) -> Any:
+    """The system of a scene, also of one that a ready scene builds; whatever else is a model itself."""
+    has_system = callable(getattr(candidate, "system", None)) and not is_scene_object(candidate)
+    scene = None if has_system else as_scene(candidate)
+    return candidate if scene is None else scene.system()
+
+
 def is_scene_object(candidate: Any) -> bool:
     """Whether it is a scene: who has made one has loaded its class."""
     loaded = sys.modules.get("nonsmooth.scenes.scene")

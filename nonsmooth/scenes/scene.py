@@ -347,8 +347,8 @@ class Scene:
         Raises
         ------
         InvalidInput
-            For kinematic bodies, and pairs that touch along faces: hulls with one another, segments. In space, for
-            friction, and for shapes that are no spheres.
+            For bodies that move as a function says, half-planes that turn, and pairs that touch along faces: hulls with
+            one another, segments. In space, for friction, joints, guided bodies, and shapes that are no spheres.
 
         Examples
         --------

@@ -35,6 +35,7 @@ from nonsmooth.mechanics.start import answers_start, forms_of, own_state, own_ti
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.scenes.given import as_model
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE
 from nonsmooth.sweeps.sweep import require_whole, sweep
@@ -124,7 +125,7 @@ def bifurcation_diagram(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     parameter : str
     values : (k,)
         Increasing.
@@ -185,7 +186,7 @@ def bifurcation_diagram(
     >>> [points.round(3).tolist() for points in diagram.upwards]
     [[0.649], [0.238, 0.432]]
     """
-    grid = as_vector("values", values)
+    grid, system = as_vector("values", values), as_model(system)
     if grid.size == 0 or not (np.diff(grid) > 0).all():
         raise InvalidInput("values must increase, and at least one is needed")
     if start is not None and state is not None:

@@ -43,7 +43,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int 
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
     t : float
         Time [s].
     state : callable, dict or (q0, u0), optional

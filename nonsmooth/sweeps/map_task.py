@@ -19,6 +19,7 @@ from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import describing, own_state
 from nonsmooth.paradox.kinds import ParadoxKind
 from nonsmooth.paradox.points import Found, Points, as_state_function, held_fixed, load_search
+from nonsmooth.scenes.given import as_model
 from nonsmooth.signals.interruption import Pieces
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.axis_names import Columns, unit_of
@@ -64,6 +65,7 @@ class MapTask:
     def __init__(
         self, model: Any, *, t: float = 0.0, state: Any = None, kept: int | None = None, **fixed: float
     ) -> None:
+        model = as_model(model)
         state, given = held_fixed(model, state, fixed)
         fixed = dict(given)
         self.model, self.t, self.state, self.fixed = model, as_number("t", t, "s"), state, fixed

@@ -29,6 +29,7 @@ from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
 from nonsmooth.runs.times import Timetable, make_timetable, own_steps, span_of
+from nonsmooth.scenes.given import as_model
 from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of
 from nonsmooth.sweeps.block_engine import ASKS_AMPLITUDE, ASKS_PERIOD, BlockEngine, Settling
 from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE, Measure, doubt_of, measure_named, settled
@@ -114,6 +115,7 @@ class RunTask:
         settle_by: float | None = None,
         record: str | Sequence[str] | None = None,
     ) -> None:
+        model = as_model(model)
         self.model, self.system = model, as_system(model)
         chosen = as_measures(measures)
         self.measures: dict[str, Measure] = {name: measure_named(name) for name in chosen if isinstance(name, str)}

@@ -132,6 +132,11 @@ def test_models_of_a_file_are_listed(own, capsys):
     assert "own.py:Ball        A ball of a user's own." in out and "--state  y  ydot" in out and "bouncing" not in out
 
 
+def test_a_scene_of_a_file_is_classified_as_its_system(own, capsys):
+    assert main(["classify", "own.py:scene"]) == 0
+    assert capsys.readouterr().out.startswith("REGULAR: one solution")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -140,7 +145,6 @@ def test_models_of_a_file_are_listed(own, capsys):
         (["run", "own.py:Bal"], "own.py has no Bal; did you mean 'Ball'?"),
         (["run", "own.py:MAKER"], "own.py:MAKER is no model: a System, a Scene, a class or an instance with system()"),
         (["run", "own.py:bare", "--dt", "1e-3", "--t-end", "1"], "give --state y=... ydot=..., or --q0 and --u0"),
-        (["classify", "own.py:scene"], "scene is a scene of bodies"),
         (["run", "own.py:scene", "--set", "m=1"], "there is no parameter 'm'; a Scene has none"),
         (["run", "broken.py:Ball"], "broken.py cannot be run: NameError: name 'nowhere' is not defined (line 2)"),
     ],

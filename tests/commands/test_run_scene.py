@@ -84,9 +84,10 @@ def test_a_budget_ends_a_scene_with_what_was_computed(capsys):
     assert json.loads(capsys.readouterr().out)["stats"]["steps"] == 5
 
 
-def test_commands_that_need_a_model_say_what_a_scene_is(capsys):
-    assert main(["classify", "box-stack"]) == 2
-    assert "box-stack is a scene of bodies, which `nonsmooth run` sets in motion" in capsys.readouterr().err
+def test_commands_that_need_a_system_say_why_a_scene_has_none(capsys):
+    assert main("classify box-stack --set n=2 dim=2".split()) == 2
+    said = capsys.readouterr().err
+    assert "may touch along faces" in said and "MoreauJean(dt)) takes it" in said
     assert main(["run", "box-stak"]) == 2
     assert "there is no model 'box-stak'; did you mean 'box-stack'?" in capsys.readouterr().err
 

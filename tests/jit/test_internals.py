@@ -139,7 +139,7 @@ import sys
 import numpy as np
 import nonsmooth as ns
 from nonsmooth.jit.code_files import CodeFile
-from nonsmooth.catalogue.entries import load_model
+from nonsmooth.catalogue.entries import load
 
 def mass(t, q, p, M):
     M[0, 0] = 1.0

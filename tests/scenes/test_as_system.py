@@ -10,7 +10,7 @@ import pytest
 import nonsmooth as ns
 from models import PainleveRod, RockingBlock
 from nonsmooth.mechanics.model_system import as_system
-from nonsmooth.mechanics.system import GAP, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT
+from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT
 
 G = 9.81
 EPS = np.finfo(float).eps
@@ -254,8 +254,131 @@ def test_scenes_without_a_system_say_why():
     assert "two pairs of bodies would both have a coefficient e_ground_a_b; give a_b another name" in refused(scene)
     scene.pair("felt", "felt", mu=0.1)
     assert "scene.pair names a material 'felt'" in refused(scene)
-    scene.kinematic(ns.Disc(0.1), velocity=(1, 0), name="piston")
-    assert "piston moves as it is told" in refused(scene)
+    scene.kinematic(ns.Disc(0.1), motion=lambda t: (t, 0), name="piston")
+    assert "piston moves as a function says" in refused(scene)
+    with pytest.raises(ns.InvalidInput, match="lid is a half-plane that turns"):
+        turning = on_ground()
+        turning.kinematic(UP, spin=1.0, name="lid")
+        turning.system()
+
+
+def guided_and_joined():
+    """A guided body that turns, on a dynamic one and on one that a pin of it holds; a guided half-plane; belts."""
+    scene = ns.Scene(gravity=(0.5, -G), material=ns.Material(mu=0.4, e=0.2))
+    scene.kinematic(ns.HalfPlane((-0.3, 1)), position=(0.1, -0.2), turn=0.2, velocity=(0.3, 0.2), name="lift",
+                    surface_velocity=(0.7, 0.1))  # fmt: skip
+    scene.kinematic(ns.Compound((ns.Disc(0.3), (0.2, 0.1))), position=(-2, 0.5), turn=0.4, velocity=(0.4, -0.2),
+                    spin=1.5, name="cam", surface_velocity=(0.4, -0.2))  # fmt: skip
+    scene.body(ns.Disc(0.2), mass=1.5, position=(-1, 2), turn=-0.4, name="ball", surface_velocity=(0.3, 0.0))
+    scene.body(ns.Compound((ns.Disc(0.1), (0.5, 0.2)), (ns.Disc(0.3), (0, 0))), mass=1.0, position=(1, 3), name="rod")
+    scene.joint("cam", "rod", at=(0, 1), name="pin")
+    scene.joint("rod", "ball", at=(0.3, 2), name="link")
+    return scene, scene.system()
+
+
+def test_rows_of_guided_and_joined_bodies_are_the_rates_of_their_gaps():
+    _, system = guided_and_joined()
+    assert [contact.name for contact in system.contacts[-4:]] == ["pin x", "pin y", "link x", "link y"]
+    for q, u in states(system):
+        along = relative_at_times(system, q, u)
+        rate = slope_of(lambda s, q=q, u=u: system.evaluate(GAP, 0.7 + s, q + s * u, u))
+        np.testing.assert_allclose(along(0.0)[:, 0], rate, atol=BY_DIFFERENCES * np.abs(rate).max())
+        rates, slope = system.evaluate(ROW_RATES, 0.7, q, u), slope_of(along)
+        has_friction = system.kinds[:, 1] > 0  # a joint has no tangential row
+        np.testing.assert_allclose(rates[:, 0], slope[:, 0], atol=BY_DIFFERENCES * np.abs(slope).max())
+        of_friction = rates[has_friction, 1], slope[has_friction, 1]
+        np.testing.assert_allclose(*of_friction, atol=BY_DIFFERENCES * np.abs(slope).max())
+
+
+def relative_at_times(system, q, u, t=0.7):
+    """Contact velocities (n_c, 2) along q + s u at the time t + s."""
+
+    def along(s):
+        at = t + s, q + s * u, u
+        normal = system.evaluate(NORMAL, *at) @ u + system.evaluate(GAP_RATE, *at)
+        tangent = system.evaluate(TANGENT, *at)[:, 0] @ u + system.evaluate(SURFACE_VELOCITY, *at)[:, 0]
+        return np.stack([normal, tangent], axis=1)
+
+    return along
+
+
+def test_a_disc_on_a_guided_one_slides_as_fast_as_their_surfaces_pass_one_another():
+    scene = ns.Scene(gravity=(0, -G), material=ns.Material(mu=0.4))
+    scene.kinematic(ns.Disc(0.3), velocity=(0.5, 0), spin=2.0, name="roller")
+    scene.body(ns.Disc(0.2), mass=1.0, position=(0, 0.5), velocity=(0.1, 0), spin=-3.0, name="disc")
+    system, (q, u) = scene.system(), scene.state()
+    gamma = relative_at_times(system, q, u, t=0.0)(0.0)[0]
+    # at the top of the roller: 0.5 - 0.3*2 along x; at the bottom of the disc: 0.1 + 0.2*(-3)
+    np.testing.assert_allclose(gamma, [0.0, (0.1 - 0.6) - (0.5 - 0.6)], rtol=1e-14, atol=1e-15)
+
+
+def test_only_a_guided_body_makes_functions_read_the_time():
+    for (_, system), reads in ((various(), False), (guided_and_joined(), True)):
+        assert system.reads(GAP, "t") is reads and system.reads(ROW_RATES, "t") is reads
+
+
+def test_a_scene_that_did_not_change_has_one_system():
+    scene, first = various()
+    pairs = [("wedge", "slope"), ("dumbbell", "roller"), ("slope", "disc"), ("disc", "dumbbell")]
+    assert scene.system(pairs) is first and scene.system(pairs[:1]) is not first
+    scene.bodies[1].position[0] += 0.1
+    assert scene.system(pairs) is not first
+
+
+def resting_rod(mu=2.0):
+    return rod_scene(math.radians(60), 0.0, -1.0, mu)
+
+
+@pytest.mark.parametrize("state", [None, "scene", "pair", "names"])
+def test_a_scene_is_classified_at_its_start_or_at_a_state_that_is_given(state):
+    scene, other = resting_rod(), rod_scene(math.radians(60), 6.0, -1.0, 2.0)
+    given = {
+        None: None, "scene": other, "pair": other.state(),
+        "names": dict(zip(("x' of rod", "y' of rod", "angle' of rod"), other.state()[1], strict=True)),
+    }[state]  # fmt: skip
+    if state == "names":
+        given = {name.replace("' of rod", " of rodot"): value for name, value in given.items()}
+        given = dict(zip([name for name, _ in scene.system().described.rates], given.values(), strict=True))
+    found = ns.classify(scene, state=given)
+    assert found.n_solutions == (0 if state is None else 2)
+
+
+def test_maps_linearisations_cycles_and_sweeps_take_a_scene_as_its_system():
+    scene = resting_rod()
+    system = scene.system()
+    chart = ns.paradox_map(scene, progress=False, mu_ground_rod=[0.5, 2.0])
+    assert chart.n_solutions.values.tolist() == [1, 0]
+    assert ns.critical_friction(scene, scene.state()[0]) == ns.critical_friction(system, scene.state()[0])
+    task = ns.RunTask(scene, t_span=(0, 0.01), integrator=ns.MoreauJean(1e-3))
+    found = ns.sweep(task, {"mu_ground_rod": [0.0, 0.2]}, progress=False)
+    slip = found.u.values[:, 0]
+    assert slip[0] == pytest.approx(-1.0, abs=1e-12) and slip[1] > -1.0  # no friction: nothing along x
+
+
+def test_small_motions_of_a_pinned_rod_have_the_frequency_of_the_pendulum():
+    scene = ns.Scene(gravity=(0, -G))
+    scene.fixed(ns.Disc(0.01), name="hook")
+    scene.body(ns.Box(0.02, 1.0), mass=1.0, inertia=1 / 12, position=(0, -0.5), name="rod")
+    scene.joint("hook", "rod", at=(0, 0), name="pin")
+    small = ns.linearise(scene)
+    # m g l/2 over m l^2/3
+    np.testing.assert_allclose(small.frequencies, np.sqrt(1.5 * G), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        ns.classify, ns.linearise, ns.equilibrium, ns.limit_cycle, ns.RunTask,
+        lambda scene: ns.paradox_map(scene, x=[0.0, 1.0]),
+        lambda scene: ns.critical_friction(scene, [0.0]),
+    ],
+)  # fmt: skip
+def test_what_the_system_of_a_scene_does_not_hold_is_refused_with_the_way_out(ask):
+    scene = on_ground()
+    scene.body(ns.Box(0.1, 0.1), mass=1.0, position=(0, 0.05), name="box")
+    scene.body(ns.Box(0.1, 0.1), mass=1.0, position=(0, 0.15), name="lid")
+    with pytest.raises(ns.InvalidInput, match=r"box and lid, .* may touch along faces.*MoreauJean\(dt\)\) takes it"):
+        ask(scene)
 
 
 def smooth(e=0.0, gravity=(0, 0, -G)):
