@@ -125,7 +125,7 @@ CALLS = {
     "Compliance": (ns.Compliance, {"stiffness": 1e4, "damping": 1.0}),
     "Penalty": (ns.Penalty, {
         "stiffness": 1e5, "damping": None, "damping_ratio": 0.1, "mass": 1.0, "law": "clipped", "friction": "coulomb",
-        "method": "compiled", "rtol": 1e-8, "atol": 1e-10,
+        "rtol": 1e-8, "atol": 1e-10,
     }),
     "Regularised": (ns.Regularised, {"v_s": 0.1}),
     "TangentialSpring": (ns.TangentialSpring, {"ratio": 0.8}),
@@ -419,7 +419,6 @@ ROWS = [
     ("Penalty", {"damping_ratio": -0.1}, r"damping_ratio must not be negative; got -0.1"),
     ("Penalty", {"damping": 1.0}, r"either damping or damping_ratio; got both"),
     ("Penalty", {"law": "hunt-crosley"}, r"no contact law 'hunt-crosley'; did you mean 'hunt-crossley'"),
-    ("Penalty", {"method": ["RK45"]}, r"no method \['RK45'\]; known: BDF, LSODA, Radau, compiled"),
     ("Penalty", {"friction": "viscous"}, r"friction must be 'coulomb' or Regularised\(v_s\); got 'viscous'"),
     ("TangentialSpring", {"ratio": 0.0}, r"ratio must be positive; got 0"),
     ("Regularised", {"v_s": 0.0}, r"v_s must be positive \[m/s\]; got 0"),

@@ -46,8 +46,8 @@ def static(law):
     return law.coefficients({})[0]
 
 
-class Modes:
-    """A system, its contacts and their modes: per contact `OPEN`, `STICK`, or (s, sigma) of a slide."""
+class Equations:
+    """The equations of a system, as its functions of t, q, u give them, and the kinds of its contacts."""
 
     def __init__(self, system):
         self.system, self.n, self.n_c, self.d = system, system.n_q, system.n_c, system.d
@@ -55,8 +55,6 @@ class Modes:
             "given" if c.normal_force else "bilateral" if c.bilateral else "unilateral" for c in system.contacts
         ]
         self.laws = [contact.law if contact.has_friction else None for contact in system.contacts]
-        self.e_N = [float(contact.e_N) for contact in system.contacts]
-        self.e_F = [float(contact.e_F) for contact in system.contacts]
         self.p = system.unpacked
 
     def call(self, name, shape, *arguments):
@@ -86,6 +84,15 @@ class Modes:
         """d/dt of the velocities for constant u."""
         e = STEP / max(1.0, np.abs(u).max())
         return sum(weight * self.velocities(t + k * e, q + k * e * u, u) for k, weight in SIXTH) / e
+
+
+class Modes(Equations):
+    """A system, its contacts and their modes: per contact `OPEN`, `STICK`, or (s, sigma) of a slide."""
+
+    def __init__(self, system):
+        super().__init__(system)
+        self.e_N = [float(contact.e_N) for contact in system.contacts]
+        self.e_F = [float(contact.e_F) for contact in system.contacts]
 
     def loads(self, t, q, u):
         return np.maximum(self.call("normal_force", (self.n_c,), t, q, u), 0.0)

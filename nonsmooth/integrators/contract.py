@@ -95,11 +95,6 @@ class Integrator:
     specialise: bool | str = False  # whether its loop may be compiled for one system alone; "auto": where that pays
 
     @property
-    def is_compiled(self) -> bool:
-        """Whether the steps are taken by the loop; else by a library."""
-        return True
-
-    @property
     def loop(self) -> Kernel:
         """The loop over the steps."""
         raise NotImplementedError

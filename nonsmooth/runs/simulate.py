@@ -414,12 +414,10 @@ def new_run(
     system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
     q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorder: Recorder | None = None,
 ) -> Run:  # fmt: skip
-    """The run of an integrator, which may hand it over or leave it to SciPy."""
+    """The run of an integrator, which may hand it over."""
     kind = Run
     if integrator.hand_over is not None:
         from nonsmooth.runs.hand_over import HandingRun as kind
-    elif not integrator.is_compiled:
-        from nonsmooth.runs.scipy_run import ScipyRun as kind
     table = make_timetable(integrator, t_span, every, t_eval)
     return kind(system, integrator, table, q0, u0, selection, project, recorder)
 
@@ -431,7 +429,7 @@ def run_ahead(
     """A run that begins in the interpreter while its code is compiled; None where it is compiled, or is to be first."""
     from nonsmooth.runs.ahead import AheadRun, compiled_elsewhere
 
-    if integrator.hand_over is not None or not integrator.is_compiled:
+    if integrator.hand_over is not None:
         return None
     elsewhere = compiled_elsewhere(system, integrator)
     if elsewhere is None:

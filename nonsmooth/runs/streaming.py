@@ -62,11 +62,6 @@ def as_place(checkpoint: Any, resume: Any, seconds: float) -> Place:
 
 def require_checkpointable(integrator: Any) -> None:
     """Raise `InvalidInput` for a run whose state is not all in its blocks."""
-    if not integrator.is_compiled:
-        raise InvalidInput(
-            f"a run by SciPy's {integrator.method} cannot be checkpointed, its state is SciPy's own; "
-            "method='compiled' can"
-        )
     if integrator.hand_over is not None:
         raise InvalidInput(
             "an EventDriven run that may be handed over cannot be checkpointed; give integrator=EventDriven() without "

@@ -26,11 +26,6 @@ def watch_of(run: Run, functions: Sequence[Callable]) -> WatchedRecords | Watche
     InvalidInput
         For what is no event function, and where not every fixed step is recorded.
     """
-    if not run.integrator.is_compiled:
-        raise InvalidInput(
-            "events of the user need the motion within the steps, which a library's method does not keep; take "
-            "method='compiled'"
-        )
     return WatchedSteps(run, functions) if run.integrator.chooses_steps else WatchedRecords(run, functions)
 
 

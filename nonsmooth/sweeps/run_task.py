@@ -141,7 +141,7 @@ class RunTask:
 
     def _prepare(self) -> None:
         self.rows = RowBuilder(self.model, self.state)
-        self.is_block = self.integrator.is_compiled and self.integrator.hand_over is None and not self.functions
+        self.is_block = self.integrator.hand_over is None and not self.functions
         self.holds_interpreter = not self.is_block
         self._engines: dict[Any, BlockEngine] = {}
 

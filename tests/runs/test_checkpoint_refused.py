@@ -129,12 +129,6 @@ def test_the_time_between_two_states_is_no_negative_number(tmp_path, seconds):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_run_by_scipy_cannot_be_checkpointed_and_says_what_can(tmp_path):
-    cross_check = ns.Penalty(stiffness=1e4, method="LSODA")
-    with pytest.raises(ns.InvalidInput, match="SciPy's LSODA cannot be checkpointed.*method='compiled' can"):
-        ns.simulate(**RUN | {"integrator": cross_check}, checkpoint=tmp_path / "run.ckpt")
-
-
 def test_events_of_the_user_and_runs_that_are_handed_over_are_refused(tmp_path):
     with pytest.raises(ns.InvalidInput, match="a run with a checkpoint looks for no events"):
         ns.simulate(**RUN, checkpoint=tmp_path / "a.ckpt", events=[lambda t, q, u: q[0]])

@@ -222,7 +222,6 @@ def test_what_is_no_event_function_is_refused(events, message):
 @pytest.mark.parametrize("integrator, options, message", [
     (ns.MoreauJean(dt=1e-3), {"every": 5}, "from record to record"),
     (ns.MoreauJean(dt=1e-3), {"t_eval": [0.0, 0.9]}, "from record to record"),
-    (ns.Penalty(stiffness=1e6, method="Radau"), {}, "take method='compiled'"),
 ])  # fmt: skip
 def test_events_that_could_not_be_located_are_refused(integrator, options, message):
     with pytest.raises(ns.InvalidInput, match=message):

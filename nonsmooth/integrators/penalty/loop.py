@@ -22,7 +22,7 @@ from nonsmooth.integrators.radau.located import (
     write_state,
 )
 from nonsmooth.integrators.radau.method import radau_accept, radau_restart
-from nonsmooth.integrators.radau.stages import Radau, rates_at
+from nonsmooth.integrators.radau.stages import Radau
 from nonsmooth.integrators.records import IMPACT, MODE_CHANGE, N_FUNCTIONS, N_WORKS, Record, State, append_event
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Floats, address, view
@@ -113,12 +113,6 @@ def note_event(sys, t, i, state, scratch):
         kind = IMPACT if is_impact else MODE_CHANGE
         append_event(t, kind, i, state.mode[i], state.slip[i], contacts.mode[i], contacts.slip[i], state)
     before[i, 0], before[i, 1] = P_N, P_F
-
-
-@kernel("int64(int64, int64, float64, float64[::1], float64[::1], int64)", short_loops=True)
-def evaluate_contacts(sys_at, function, t, x, out, scratch_at):
-    """The rates or the event functions at a state; returns a Status."""
-    return rates_at(function, sys_at, address(view(scratch_at, Scratch).contacts), t, x, out)
 
 
 @kernel(FILL_HEADER, short_loops=True)

@@ -17,7 +17,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_name, as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.penalty.law import EXPONENTS, LAWS, NormalLaw, Regularised, TangentialSpring
-from nonsmooth.integrators.penalty.loop import Scratch, accept_step, change_modes, evaluate_contacts, fill_header
+from nonsmooth.integrators.penalty.loop import Scratch, accept_step, change_modes, fill_header
 from nonsmooth.integrators.penalty.rates import OMEGA, contact_rates
 from nonsmooth.integrators.penalty.switching import begin_contacts, contact_events
 from nonsmooth.integrators.radau.events import locate_event
@@ -30,7 +30,6 @@ from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 from nonsmooth.numerics.rounding import EPS, NOTHING, rounding_of_sum
 
-METHODS = ("compiled", "Radau", "BDF", "LSODA")
 # chosen: a start is a slip of the pen where a contact is indented by more than both: this part of the largest
 # coordinate, and so many times what the smooth forces press it in at rest.
 DEEPEST, STATIC_DEPTHS = 1e-2, 10.0
@@ -57,9 +56,6 @@ class Penalty(LocatesEvents):
     friction : "coulomb", Regularised or TangentialSpring
         Coulomb's law with true sticking, or a smooth function of the sliding velocity. In a scene what sticks hangs on
         a spring: "coulomb" is ``TangentialSpring()`` there, and a system takes no other spring.
-    method : {"compiled", "Radau", "BDF", "LSODA"}
-        The compiled Radau IIA of order 5, or one of SciPy's solvers on the same equations: a cross-check, some hundred
-        times slower. What SciPy leaves unfinished, not finite or beyond an event is refused, whatever it reports.
     rtol, atol : float
         Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities; gaps are
         held to atol sqrt(m/k), which has the energy of a velocity error atol, and normal velocities to atol sqrt(k m)/c
@@ -87,7 +83,6 @@ class Penalty(LocatesEvents):
     mass: float | None = None
     law: str = "clipped"
     friction: str | Regularised = "coulomb"
-    method: str = "compiled"
     rtol: float = 1e-8
     atol: float = 1e-10
 
@@ -112,7 +107,6 @@ class Penalty(LocatesEvents):
                 f"friction must be 'coulomb' or Regularised(v_s); got {shown(self.friction)}; of a scene it may be "
                 "TangentialSpring(ratio) too"
             )
-        as_name("method", self.method, METHODS)
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
@@ -121,16 +115,9 @@ class Penalty(LocatesEvents):
     is_prepared = True
     callbacks = (contact_rates, contact_events, change_modes, accept_step, fill_header)
 
-    @property
-    def is_compiled(self) -> bool:
-        """Whether the steps are taken by compiled code."""
-        return self.method == "compiled"
-
     def entry_points(self, system: System) -> list[Kernel]:
         """What the loop may reach."""
-        of_radau = (self.loop, radau_step, radau_shorten, newton, locate_event)
-        of_method = of_radau if self.is_compiled else (evaluate_contacts,)
-        return [*self.callbacks, begin_contacts, *of_method]
+        return [*self.callbacks, begin_contacts, self.loop, radau_step, radau_shorten, newton, locate_event]
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays of a run, with the laws and tolerances."""

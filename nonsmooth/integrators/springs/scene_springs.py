@@ -164,8 +164,6 @@ class SceneSprings:
 
 def require_for_scenes(options: Penalty) -> None:
     """Raise `InvalidInput` for options that a scene does not take."""
-    if not options.is_compiled:
-        raise InvalidInput(f"a scene is integrated by compiled steps; leave out method={options.method!r} of Penalty")
     if options.law == "hunt-crossley" and not isinstance(options.friction, Regularised):
         raise InvalidInput(
             "hunt-crossley has no stiffness [N/m] that a tangential spring could have a part of; give "
