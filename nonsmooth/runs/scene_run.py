@@ -396,6 +396,11 @@ def require_moreau_jean(integrator: Any) -> None:
         )
     if integrator.projection:
         raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
+    if integrator.specialise is True:
+        raise InvalidInput(
+            "a loop is compiled for a System alone, the steps of a scene are the same for all; leave out "
+            "specialise= of MoreauJean"
+        )
 
 
 def require_no_joints(scene: Scene, what: str) -> None:

@@ -1,10 +1,10 @@
-"""Error-controlled Moreau–Jean: plain steps extrapolated in smooth motion, and refined to the tolerance at events.
+"""Error-controlled Moreau–Jean: plain steps with held modes, extrapolated, between located events.
 
     T_j = T + c_2 (H/j)^2 + c_3 (H/j)^3 + ...,    the value after H with j plain steps
 
-No event function and no root: an event is a step whose modes differ from those before it, and is resolved by smaller
-steps. So whatever the plain step decides is integrated with an error estimate: several impacts at once, accumulations,
-paradoxes. The step is in adaptive/step.py. Theory and limits: docs/theory/adaptive.md.
+Where a mode ends is found by event functions on the motion of the step (adaptive/events.py), which is taken again to
+end there. What follows, several impacts at once, accumulations and paradoxes among it, a plain step without held modes
+decides (adaptive/switch.py). The step is in adaptive/step.py. Theory and limits: docs/theory/adaptive.md.
 """
 
 from __future__ import annotations
