@@ -25,10 +25,6 @@ OF_SYSTEMS: dict[str, Any] = {
 
 def require_scene_options(arguments: argparse.Namespace) -> None:
     """Raise `InvalidInput` for an option that only a model with a system takes."""
-    if arguments.integrator not in ("moreau-jean", "penalty"):
-        raise InvalidInput(
-            f"{arguments.model} is a scene, which --integrator moreau-jean or penalty integrates, and no other yet"
-        )
     for name, left_out in OF_SYSTEMS.items():
         if getattr(arguments, name) != left_out:
             option = name.replace("_", "-")

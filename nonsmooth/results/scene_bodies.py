@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, nearest, shown
+from nonsmooth.scenes.scene import Kind, Scene
 from nonsmooth.views import Worded, view
 
 
@@ -17,6 +19,63 @@ class BodyState(NamedTuple):
     turn: float | np.ndarray  # angle [rad], or (4,) unit quaternion (w, x, y, z)
     velocity: np.ndarray  # (2|3,) [m/s]
     spin: float | np.ndarray  # [rad/s], or (3,) in the axes of the world
+
+
+class SceneState(Mapping[str, BodyState]):
+    """The bodies of a scene at one instant, by name.
+
+    Attributes
+    ----------
+    t : float
+        [s]
+    names : list of str
+        Of the bodies, in the order of the arrays.
+    scene : Scene or None
+    position, turn, velocity, spin : arrays (n_b, ...)
+        As those of one record of a `SceneSolution`.
+    """
+
+    def __init__(
+        self, t: float, names: list[str], scene: Scene | None, position: np.ndarray, turn: np.ndarray,
+        velocity: np.ndarray, spin: np.ndarray,
+    ) -> None:  # fmt: skip
+        self.t, self.names, self.scene = t, names, scene
+        self.position, self.turn, self.velocity, self.spin = position, turn, velocity, spin
+
+    def __getitem__(self, name: str) -> BodyState:
+        b = index_of(name, self.names)
+        turn, spin = self.turn[b], self.spin[b]
+        if self.position.shape[-1] == 2:
+            return BodyState(self.position[b], float(turn), self.velocity[b], float(spin))
+        return BodyState(self.position[b], turn, self.velocity[b], spin)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __repr__(self) -> str:
+        return f"SceneState(t = {self.t:.9g} s, {len(self)} bodies)"
+
+    def state(self) -> tuple[np.ndarray, np.ndarray]:
+        """q and u of the system of the scene, see `Scene.state`.
+
+        Raises
+        ------
+        InvalidInput
+            Of a run that was loaded without its scene.
+        """
+        if self.scene is None:
+            raise InvalidInput("a loaded run does not know which bodies move by forces; give its scene to load")
+        moves = [k for k, name in enumerate(self.names) if self.scene[name].kind is Kind.DYNAMIC]
+        if self.position.shape[-1] != 2:
+            return self.position[moves].ravel(), self.velocity[moves].ravel()
+        q, u = ((self.position, self.turn), (self.velocity, self.spin))
+        return tuple(np.column_stack((a[moves], b[moves])).ravel() for a, b in (q, u))  # type: ignore[return-value]
 
 
 class BodyMotion(NamedTuple):

@@ -26,6 +26,8 @@ def summary(solution: SceneSolution) -> str:
     stats = solution.stats
     if stats.springs is not None:
         return compliant_summary(solution)
+    if np.isnan(stats.tol):
+        return summary_as_system(solution)
     by = ", ".join(f"{count} {name}" for name, count in stats.methods.items()) or "none"
     per_step = f" ({stats.wall_time / stats.steps * 1e3:.3g} ms a step)" if stats.steps else ""
     missed = f"; {stats.missed} steps above tol = {stats.tol:g}" if stats.missed else f" (tol = {stats.tol:g})"
@@ -72,6 +74,27 @@ def compliant_summary(solution: SceneSolution) -> str:
             f"{stats.steps} steps of {springs.shortest:.2g} to {springs.longest:.2g} s, {springs.rejected} in vain; "
             f"longest step allowed {springs.longest_allowed:.2g} s, 1/omega of the lightest body, omega = "
             f"{springs.omega:.4g} 1/s",
+            f"wall time {stats.wall_time:.3g} s, compiling or loading {stats.compile_time:.3g} s",
+        ]
+    )
+
+
+def summary_as_system(solution: SceneSolution) -> str:
+    """The same of a run that was integrated as its system, whose steps are those of another integrator."""
+    stats, about = solution.stats, solution.about
+    chosen = f", because {about['chosen']}" if "chosen" in about else ""
+    handed = [f"handed over: {about['handed over']}"] if "handed over" in about else []
+    return "\n".join(
+        [
+            f"{about['scene']}: {solution.message} (t = {solution.t[-1]:.9g} s)",
+            f"{about['integrator']}, as its system{chosen}",
+            *handed,
+            f"closed contacts at the end: {stats.contacts}{modes(solution)}; {about['contacts']}",
+            f"worst penetration {stats.worst_penetration:.3g} m",
+            *paradoxes(solution),
+            *joints(solution),
+            *([balance(changes(solution), "error")] if LEDGER in solution.recorded else []),
+            f"{stats.steps} steps, {stats.impacts} impacts of contacts",
             f"wall time {stats.wall_time:.3g} s, compiling or loading {stats.compile_time:.3g} s",
         ]
     )

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, Status, said_by, shown
+from nonsmooth.errors import InvalidInput, Status, said_by
 from nonsmooth.integrators.assembly.apart import part_bodies
 from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
@@ -75,7 +75,7 @@ class SceneRun:
         self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any,
         recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
     ) -> None:  # fmt: skip
-        require_moreau_jean(integrator)
+        require_of_scenes(integrator)
         table = grid_times(integrator, t_span, every, t_eval)
         self._begin(scene, integrator, table, recorder, project, functions)
         if any(body.kind is Kind.KINEMATIC for body in scene.bodies):
@@ -387,13 +387,8 @@ class SceneRun:
         return error
 
 
-def require_moreau_jean(integrator: Any) -> None:
-    """Raise `InvalidInput` for what does not step scenes."""
-    if not isinstance(integrator, MoreauJean):
-        raise InvalidInput(
-            f"a scene is integrated by MoreauJean(dt=...); got {shown(integrator)}: Penalty(k) takes one "
-            "too, others a small planar one as scene.system(), from *scene.state()"
-        )
+def require_of_scenes(integrator: MoreauJean) -> None:
+    """Raise `InvalidInput` for options of systems."""
     if integrator.projection:
         raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
     if integrator.specialise is True:

@@ -23,9 +23,11 @@ from nonsmooth.errors import (
     warn_caller,
 )
 from nonsmooth.integrators.contract import Choice, Integrator
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import UNILATERAL, System
+from nonsmooth.results.failures import StepFailure
 from nonsmooth.results.recorded import LEDGER, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
@@ -233,8 +235,9 @@ def simulate(
     method: Any = integrator
     scene = as_scene(system)
     if scene is not None:
-        require_plain(q0, u0, state, selection)
         t_span = span_of(scene, t_span)
+        method, why = chosen_of_scene(method, scene, t_span)
+        require_plain(q0, u0, state, "compliant-limit" if goes_by_system(method) else selection)
     else:
         recorded = kinds_of_system(record)
         model, system = system, as_system(system)
@@ -262,13 +265,30 @@ def simulate(
     if threads > 1 and scene is None:
         raise InvalidInput("threads share the islands of a scene, and a system has none; leave out threads=")
     if scene is not None:
-        from nonsmooth.runs.simulate_scene import simulate_scene
+        if goes_by_system(method):
+            from nonsmooth.runs.scene_by_system import SceneBySystem
 
-        of_scene = simulate_scene(
-            kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,
-            max_wall_time, progress, record, checkpoint, resume, checkpoint_every, view,
-            threads,
-        )  # fmt: skip
+            left_out = {"checkpoint": checkpoint, "resume": resume, "view": view, "threads": threads > 1}
+            as_system_of = SceneBySystem(scene, t_span, method, record, functions, left_out)
+            try:
+                run_of_system = simulate(
+                    as_system_of.system, t_span, *as_system_of.start, integrator=method, every=every, t_eval=t_eval,
+                    selection=selection, project=project, on_failure=on_failure, events=as_system_of.events,
+                    max_steps=max_steps, max_wall_time=max_wall_time, progress=progress, record=as_system_of.record,
+                )  # fmt: skip
+            except StepFailure as failure:
+                raise as_system_of.failure(failure) from failure.__cause__
+            of_scene = as_system_of.solution(run_of_system)
+        else:
+            from nonsmooth.runs.simulate_scene import simulate_scene
+
+            of_scene = simulate_scene(
+                kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,
+                max_wall_time, progress, record, checkpoint, resume, checkpoint_every, view,
+                threads,
+            )  # fmt: skip
+        if why is not None:
+            of_scene.about["chosen"] = why
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
         return of_scene  # type: ignore[return-value]
@@ -351,6 +371,26 @@ def kind_of_run(integrator: Any) -> Any:
     from nonsmooth.runs.scene_run import SceneRun
 
     return SceneRun
+
+
+def goes_by_system(integrator: Any) -> bool:
+    """Whether a scene is integrated as its system: by what has no step of scenes."""
+    from nonsmooth.integrators.penalty.options import Penalty
+
+    require_integrator(integrator)
+    return not isinstance(integrator, MoreauJean | Penalty)
+
+
+def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) -> tuple[Any, str | None]:
+    """The integrator that was given, or the one that "auto" and ``Auto`` choose for a scene, and why."""
+    from nonsmooth.runs.choice import Auto
+
+    choice = Auto() if isinstance(integrator, str) and integrator == "auto" else integrator
+    if not isinstance(choice, Auto):
+        return integrator, None
+    from nonsmooth.runs.scene_by_system import choice_of_scene
+
+    return choice_of_scene(choice, scene, t_span)
 
 
 def require_plain(q0: Any, u0: Any, state: Any, selection: Any) -> None:

@@ -31,7 +31,7 @@ from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functio
 from nonsmooth.scenes.scene import Body, Joint, Kind, Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR, HalfPlane
-from nonsmooth.scenes.spheres_as_system import functions_of, near_of, require_spheres
+from nonsmooth.scenes.spheres_as_system import functions_of, near_of, require_spheres, touch_of
 from nonsmooth.scenes.weights import functions_of_weights
 
 PLANE, SPACE = (("x", "m"), ("y", "m"), ("angle", "rad")), (("x", "m"), ("y", "m"), ("z", "m"))  # of one body
@@ -89,8 +89,10 @@ def moving_of(scene: Scene) -> list[Body]:
 
 
 def touches_of(scene: Scene, pairs: Any = None) -> list[Touch]:
-    """The contacts of the system of a planar scene, in its order: those of joints behind those of pairs."""
+    """The contacts of the system of a scene, in its order: those of joints behind those of pairs."""
     numbers = {body.name: k for k, body in enumerate(moving_of(scene))}
+    if scene.dim != PLANAR:
+        return [touch_of(a, b, numbers) for a, b in _pairs_of(scene, pairs)]
     found = [touch for a, b in _pairs_of(scene, pairs) for touch in _touches_of(a, b, numbers)]
     return found + [touch for joint in scene.joints for touch in _touches_of_joint(joint, numbers)]
 

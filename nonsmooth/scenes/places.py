@@ -58,6 +58,12 @@ def times(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.concatenate((scalar, a_0 * b_v + b_0 * a_v + np.cross(a_v, b_v)), axis=-1)
 
 
+def turn_by(vector: np.ndarray) -> np.ndarray:
+    """The unit quaternion (..., 4) of a rotation vector (..., 3), axis times angle [rad]."""
+    half = 0.5 * np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vector), axis=-1)
+
+
 def conjugate(a: np.ndarray) -> np.ndarray:
     """The turn back (..., 4)."""
     return a * np.array([1.0, -1.0, -1.0, -1.0])

@@ -18,6 +18,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, place_of, rotate
+from nonsmooth.scenes.rounded_points import Side, Touch
 from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of
 from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
 from nonsmooth.scenes.weights import functions_of_weights
@@ -44,6 +45,20 @@ def near_of(a: Body, b: Body, numbers: dict[str, int]) -> Near:
     radius = a.shape.radius + getattr(b.shape, "radius", 0.0)  # type: ignore[attr-defined]
     is_flat = isinstance(b.shape, HalfSpace)
     return Near(i, j, start, radius, rotate(_place_of(b)[3:], np.array([0.0, 0.0, 1.0])) if is_flat else None)
+
+
+def touch_of(a: Body, b: Body, numbers: dict[str, int]) -> Touch:
+    """The same contact as that of two rounded points."""
+    if isinstance(a.shape, HalfSpace):
+        a, b = b, a
+    sides = [
+        Side(
+            numbers.get(body.name, IS_FIXED), np.zeros(3) if body.kind is Kind.DYNAMIC else _place_of(body)[:3],
+            getattr(body.shape, "radius", 0.0), np.zeros(3), np.zeros(7), np.zeros(6), body.index,
+        )
+        for body in (a, b)
+    ]  # fmt: skip
+    return Touch(sides[0], sides[1], near_of(a, b, numbers).normal)
 
 
 def _place_of(body: Body) -> np.ndarray:

@@ -37,11 +37,8 @@ def test_list_names_models_and_scenes(capsys):
 @pytest.mark.parametrize(
     "words, message",
     [
-        (
-            "--integrator adaptive",
-            "box-stack is a scene, which --integrator moreau-jean or penalty integrates, and no other yet",
-        ),
-        ("--integrator auto", "box-stack is a scene, which --integrator moreau-jean or penalty integrates"),
+        ("--integrator adaptive", "and a system in space is of spheres"),
+        ("--integrator event-driven", "and a system in space is of spheres"),
         ("--state x=1", "--state is no option for box-stack, a scene of bodies; leave it out"),
         ("--q0 1 --u0 1", "--q0 is no option for box-stack"),
         ("--selection lift-off", "--selection is no option for box-stack"),
@@ -57,6 +54,21 @@ def test_options_that_a_scene_does_not_take_are_refused_by_name(words, message, 
     assert main(["run", "box-stack", "--no-plot", *words.split()]) == 2
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
+
+
+@pytest.mark.parametrize("name, taken", [("auto", "MoreauJean"), ("event-driven", "EventDriven")])
+def test_a_scene_of_a_file_is_integrated_as_its_system_where_it_has_one(name, taken, tmp_path, capsys):
+    path = tmp_path / f"by_{taken}.py"
+    shape = "ns.Box(0.1, 0.1)" if taken == "MoreauJean" else "ns.Disc(0.1)"
+    path.write_text(
+        "import nonsmooth as ns\n"
+        "scene = ns.Scene(gravity=(0, -9.81), t_end=0.01, dt=1e-3)\n"
+        f"for k in range(2): scene.body({shape}, mass=1.0, position=(k, 0.5), name=f'body {{k}}')\n"
+    )
+    assert main(["run", f"{path}:scene", "--integrator", name, "--no-plot", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["about"]["integrator"].startswith(taken) and told["t"] == 0.01
+    assert told["bodies"]["body 1"]["position"] == pytest.approx([1.0, 0.5 - 9.81 * 0.01**2 / 2], rel=1e-12)
 
 
 def test_a_scene_is_moved_apart_on_request(tmp_path, capsys):

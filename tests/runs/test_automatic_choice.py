@@ -24,11 +24,12 @@ def test_the_choice_is_automatic_where_no_integrator_is_given():
     assert left_out.about["chosen"] == told.about["chosen"] and (left_out.q == told.q).all()
 
 
-def test_a_scene_asks_for_its_integrator_where_none_is_given():
+def test_the_choice_is_automatic_for_a_scene_too():
     scene = ns.Scene(gravity=(0, -9.81))
-    scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5))
-    with pytest.raises(ns.InvalidInput, match=r"a scene is integrated by MoreauJean\(dt=...\); got 'auto'"):
-        ns.simulate(scene, (0, 1))
+    scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5), name="disc")
+    sol = ns.simulate(scene, (0, 1))
+    assert "there are no contacts" in sol.about["chosen"]
+    assert sol["disc"].position[-1, 1] == pytest.approx(0.5 - 9.81 / 2, rel=1e-12)
 
 
 def test_smooth_motion_is_integrated_with_order_5():

@@ -193,10 +193,9 @@ def test_scene_with_a_joint_in_space_is_no_system(ask):
         ),
         ({"record": 3}, "record must be some of"),
         ({"record": ["bodies", 1]}, "record must be some of"),
-        ({"integrator": ns.EventDriven()}, r"a scene is integrated by MoreauJean\(dt=...\); got EventDriven"),
         ({"integrator": ns.MoreauJean(dt=1e-3, projection=True)}, "leave out projection= of MoreauJean"),
         ({"integrator": ns.MoreauJean(dt=1e-3, specialise=True)}, "leave out specialise= of MoreauJean"),
-        ({"integrator": 3}, "a scene is integrated by MoreauJean|integrator must be"),
+        ({"integrator": 3}, "integrator must be an integrator, as ns.MoreauJean"),
     ],
 )
 def test_simulate_refuses_what_means_nothing_for_a_scene(options, message):

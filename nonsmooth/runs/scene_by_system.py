@@ -1,0 +1,315 @@
+"""A scene integrated as its system, by the methods that scenes have no step of their own for.
+
+What is run is `Scene.system()`; what comes back is a run of the scene: bodies by name, contacts with their points and
+their impulses in the axes of the world, energies of all bodies, events by pairs of bodies. Impulses and penetrations
+are those since the record before.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators import records
+from nonsmooth.integrators.assembly.paradox_events import MOST_PARADOXES
+from nonsmooth.integrators.assembly.world import World
+from nonsmooth.integrators.contract import Integrator
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.mechanics.laws import LAW_C
+from nonsmooth.mechanics.system import ContactMode, System
+from nonsmooth.results.failures import StepFailure
+from nonsmooth.results.recorded import COORDINATES, GAPS, IMPULSES, MODES, VELOCITIES
+from nonsmooth.results.recorded import EVENTS as EVENTS_OF_SYSTEM
+from nonsmooth.results.recorded import LEDGER as LEDGER_OF_SYSTEM
+from nonsmooth.results.scene_bodies import SceneState
+from nonsmooth.results.scene_contacts import ContactColumns
+from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
+from nonsmooth.results.scene_records import BODIES, CONTACTS, EVENTS, LEDGER, OF_ALL, PAIRS, STEP, as_kinds, event_row
+from nonsmooth.results.scene_solution import SceneSolution
+from nonsmooth.results.scene_stats import SceneStats
+from nonsmooth.results.solution import Solution
+from nonsmooth.runs.choice import MOST_WITHOUT_FRICTION, STEPS_OF_SPAN, Auto
+from nonsmooth.scenes.as_system import CURE, moving_of, system_of, touches_of
+from nonsmooth.scenes.places import times, turn_by
+from nonsmooth.scenes.scene import Kind, Scene
+from nonsmooth.scenes.shapes import PLANAR
+
+# measured (docs/scenes.md): contacts with friction that may close, up to which a second takes some ten seconds
+MOST_RUBBING = 40
+# what is recorded of the system for each kind of a scene
+KINDS_OF = {
+    BODIES: (COORDINATES, VELOCITIES), CONTACTS: (COORDINATES, GAPS, MODES, IMPULSES),
+    LEDGER: (COORDINATES, VELOCITIES, LEDGER_OF_SYSTEM), EVENTS: (COORDINATES, MODES, EVENTS_OF_SYSTEM),
+}  # fmt: skip
+
+
+def choice_of_scene(choice: Auto, scene: Scene, t_span: tuple[float, float]) -> tuple[Integrator, str]:
+    """The integrator for a scene at its start, and why: of its system where it has one of few contacts."""
+    try:
+        system = few_contacts(scene, "a method of systems", t_span[0])
+    except InvalidInput as refusal:
+        if choice.rtol is not None:
+            raise
+        own = scene.dt if scene.dt is not None else (t_span[1] - t_span[0]) / STEPS_OF_SPAN
+        return MoreauJean(own), f"{str(refusal).split(';')[0]}"
+    return choice.choose(scene, system, t_span, *scene.state())
+
+
+def few_contacts(scene: Scene, method: str, t_0: float) -> System:
+    """The system of a scene, or `InvalidInput` where it has too many contacts for a method."""
+    moving = len(moving_of(scene))
+    pairs = moving * (len(scene) - moving) + moving * (moving - 1) // 2 - len(scene.joints)
+    system = system_of(scene, None, t_0) if pairs <= MOST_WITHOUT_FRICTION else None  # each pair has a contact
+    rubbing = 0 if system is None else int((system.kinds[:, 1] > 0).sum())
+    if system is None or system.n_c > MOST_WITHOUT_FRICTION or rubbing > MOST_RUBBING:
+        got = f"{pairs} pairs of bodies" if system is None else f"{system.n_c}, {rubbing} with friction"
+        raise InvalidInput(
+            f"{method} takes scenes of up to {MOST_WITHOUT_FRICTION} contacts that may close, {MOST_RUBBING} of them "
+            f"with friction, and this scene has {got}; {CURE}"
+        )
+    return system
+
+
+class SceneBySystem:
+    """The system of a scene, and what its run says of the scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    t_span : (float, float)
+        [s]
+    integrator : Integrator
+    record : str or sequence of str, optional
+        Kinds of a scene.
+    functions : sequence of callables
+        Events f(t, bodies) of the user.
+    refused : mapping
+        Options of `simulate` that such a run does not take, as they were given; None or False where left out.
+    """
+
+    def __init__(
+        self, scene: Scene, t_span: tuple[float, float], integrator: Integrator, record: Any,
+        functions: Sequence[Callable], refused: dict[str, Any],
+    ) -> None:  # fmt: skip
+        method = type(integrator).__name__
+        self.kinds = as_kinds(record)
+        refused = refused | {'record="pairs"': PAIRS in self.kinds}
+        for option, value in refused.items():
+            if value:
+                raise InvalidInput(
+                    f"{method} integrates a scene as its system, which takes no {option.partition('=')[0]}="
+                    f"{option.partition('=')[2]}; leave it out, or {CURE}"
+                )
+        self.scene, self.t_0, self.integrator = scene, t_span[0], integrator
+        self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()
+        self.touches = touches_of(scene)
+        self.world, self.names = World(scene, self.t_0), [body.name for body in scene.bodies]
+        self.moving = np.array([body.index for body in moving_of(scene)])
+        self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS_OF_SYSTEM})
+        self.events = [self._of_bodies(function) for function in functions]
+
+    def _of_bodies(self, function: Callable) -> Callable:
+        """An event of the user as a function of the state of the system."""
+
+        @functools.wraps(function)
+        def of_state(t: float, q: np.ndarray, u: np.ndarray) -> Any:
+            x, v = self.places(np.array([t]), q[None], u[None])
+            return function(t, self._state(t, x[0], v[0]))
+
+        vars(of_state).pop("__wrapped__", None)  # it takes other arguments
+        return of_state
+
+    def _state(self, t: float, x: np.ndarray, v: np.ndarray) -> SceneState:
+        return SceneState(t, self.names, self.scene, *self._columns(x, v))
+
+    def _columns(self, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Position, turn, velocity and spin of places (..., n_b, 3|7) and rates (..., n_b, 3|6)."""
+        d = self.scene.dim
+        if d == PLANAR:
+            return x[..., :2], x[..., 2], v[..., :2], v[..., 2]
+        return x[..., :3], self.world.turns(x[..., 3:]), v[..., :3], v[..., 3:]
+
+    def places(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places and rates of all bodies at times (n_t,) with states (n_t, n_q), as steps of scenes have them."""
+        motion, d, s = self.world.bodies.motion, self.scene.dim, (t - self.t_0)[:, None, None]
+        v = np.tile(motion.v, (len(t), 1, 1))
+        x = np.tile(motion.x, (len(t), 1, 1))
+        if d == PLANAR:
+            x += s * motion.v
+            x[:, self.moving], v[:, self.moving] = (part.reshape(len(t), -1, 3) for part in (q, u))
+            return x, v
+        x[..., :3] += s * motion.v[:, :3]
+        x[..., 3:] = times(turn_by(s * motion.v[:, 3:]), x[..., 3:])
+        x[:, self.moving, :3], v[:, self.moving, :3] = (part.reshape(len(t), -1, 3) for part in (q, u))
+        return x, v
+
+    def solution(self, run: Solution) -> SceneSolution:
+        """The run of the system as one of the scene."""
+        q = run.q if len(self.kinds) else np.zeros((len(run.t), self.system.n_q))
+        has_velocities = VELOCITIES in self.record
+        x, v = self.places(run.t, q, run.u if has_velocities else np.zeros_like(q))
+        columns: dict[str, Any] = dict.fromkeys(("position", "turn", "velocity", "spin"))
+        if BODIES in self.kinds:
+            columns = dict(zip(columns, self._columns(x, v), strict=True))
+        depth = 0.0 - run.g_N[:, : self.n_pairs].min(axis=1, initial=0.0) if CONTACTS in self.kinds else None
+        found = self._contacts(run, x) if CONTACTS in self.kinds else None
+        energies = self.world.energies(x, v)
+        ledger = energies | {name: run.ledger[name] for name in OF_ALL} if LEDGER in self.kinds else None
+        if ledger is not None:
+            ledger[STEP] = np.full(len(run.t), np.nan)  # not told apart
+        unknown = np.full(len(run.t), np.nan)
+        scene = self.scene
+        return SceneSolution(
+            run.t, unknown, unknown if depth is None else depth, self._stats(run, found, depth), run.status,
+            run.message, self.names, scene, self.world.frames[:, : scene.dim], **columns, all_contacts=found,
+            ledger=ledger, events=self._events(run) if EVENTS in self.kinds else None, pairs=None,
+            joint_impulses=self._joint_impulses(run) if found is not None else None, t_events=run.t_events,
+            about=self._about(run), joint_names=[joint.name for joint in scene.joints],
+            paradox_rows=self._paradox_rows(run),
+        )  # fmt: skip
+
+    def failure(self, failure: StepFailure) -> StepFailure:
+        """A failure of the system as one of the scene."""
+        return type(failure)(str(failure), self.solution(failure.solution), failure.t, failure.problem)  # type: ignore[arg-type]
+
+    def _about(self, run: Solution) -> dict[str, Any]:
+        told: dict[str, Any] = {name: run.about[name] for name in ("chosen", "handed over") if name in run.about}
+        return {
+            **self.scene.parameter_values, "scene": repr(self.scene), "integrator": repr(self.integrator),
+            "contacts": f"{self.n_pairs} that may close", **told,
+        }  # fmt: skip
+
+    def _stats(self, run: Solution, found: ContactColumns | None, depth: np.ndarray | None) -> SceneStats:
+        cost = run.stats
+        closed = np.zeros(1, int) if found is None else np.diff(found.offsets)
+        impacts = int((run.event_rows[:, records.EVENT_KIND] == records.IMPACT).sum())
+        drift = np.abs(run.g_N[:, self.n_pairs :]) if depth is not None else np.zeros((1, 0))
+        return SceneStats(
+            cost.steps, int(closed[-1]), int(closed.max()), 0, {}, 0,
+            cost.factorisations, impacts, 0, np.nan, cost.worst_residual, np.nan, 0, cost.worst_penetration,
+            np.nan if depth is None else float(depth[-1]), cost.wall_time, cost.compile_time, cost.energy_gains,
+            cost.worst_energy_gain, cost.struck_together, cost.first_together,
+            worst_joint_drift=float(drift.max(initial=0.0)), last_joint_drift=float(drift[-1].max(initial=0.0)),
+            inconsistent=int((run.event_rows[:, records.EVENT_KIND] == records.INCONSISTENT).sum()),
+            indeterminate_steps=cost.indeterminate_steps,
+        )  # fmt: skip
+
+    # --- contacts
+
+    @property
+    def n_pairs(self) -> int:
+        """Contacts of pairs of bodies; those of joints stand behind them, two each."""
+        return self.system.n_c - 2 * len(self.scene.joints)
+
+    @functools.cached_property
+    def sides(self) -> np.ndarray:
+        """(n_pairs, 2) the bodies i and j of the contacts, by their number in the scene."""
+        pairs = self.touches[: self.n_pairs]
+        return np.array([(touch.i.of_scene, touch.j.of_scene) for touch in pairs], np.int64).reshape(-1, 2)
+
+    def _where(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points midway between the surfaces and normals (n_t, n_pairs, d), from body j to body i."""
+        pairs, d = self.touches[: self.n_pairs], self.scene.dim
+        points = []
+        for side in ("i", "j"):
+            own = [getattr(touch, side) for touch in pairs]
+            of = x[:, [part.of_scene for part in own]]
+            arm = np.array([part.arm for part in own]).reshape(-1, d)
+            if d == PLANAR:
+                c, s = np.cos(of[..., 2]), np.sin(of[..., 2])
+                turned = np.stack((c * arm[:, 0] - s * arm[:, 1], s * arm[:, 0] + c * arm[:, 1]), axis=-1)
+            else:
+                turned = np.broadcast_to(arm, of[..., :3].shape)
+            in_world = np.array([self.scene.bodies[part.of_scene].kind is Kind.FIXED for part in own], bool)
+            points.append(np.where(in_world[:, None], arm, of[..., :d] + turned))
+        between = points[0] - points[1]
+        normals = [np.full(d, np.nan) if touch.normal is None else touch.normal for touch in pairs]
+        flat = np.array(normals).reshape(-1, d)
+        normal = np.where(np.isnan(flat), between / np.linalg.norm(between, axis=-1, keepdims=True), flat)
+        radii = np.array([(touch.i.radius, touch.j.radius) for touch in pairs]).reshape(-1, 2)
+        gap = (normal * between).sum(axis=-1) - radii.sum(axis=1)
+        return points[0] - normal * (radii[:, 0] + 0.5 * gap)[..., None], normal
+
+    def _impulses(self, P_N: np.ndarray, P_F: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """P_N n + P_F t on body i, in the axes of the world."""
+        if self.scene.dim != PLANAR:
+            return P_N[..., None] * normal
+        tangent = np.stack((normal[..., 1], -normal[..., 0]), axis=-1)
+        return P_N[..., None] * normal + P_F[..., None] * tangent
+
+    def _contacts(self, run: Solution, x: np.ndarray) -> ContactColumns:
+        """The closed contacts of all records; the body of the smaller number pushes the other."""
+        m = self.n_pairs
+        point, normal = self._where(x)
+        P_F = run.P_F[:, :m, 0] if run.P_F.shape[2] else np.zeros((len(run.t), m))
+        P = self._impulses(run.P_N[:, :m], P_F, normal)
+        is_closed = (run.mode[:, :m] != ContactMode.OPEN) | (run.P_N[:, :m] > 0.0)
+        k, c = np.nonzero(is_closed)
+        sign = np.where(self.sides[:, 0] < self.sides[:, 1], -1.0, 1.0)[c, None]  # of n out of the smaller number
+        mu = np.where(self.system.kinds[:m, 1] > 0, self.system.laws[:m, LAW_C], 0.0)
+        return ContactColumns(
+            np.concatenate(([0], np.cumsum(is_closed.sum(axis=1)))), self.sides.min(axis=1, initial=2**62)[c],
+            self.sides.max(axis=1, initial=0)[c], point[k, c], sign * normal[k, c], run.g_N[:, :m][k, c],
+            sign * P[k, c], mu[c],
+        )  # fmt: skip
+
+    def _joint_impulses(self, run: Solution) -> np.ndarray:
+        """(n_t, n_j, 2) on the second body of each joint."""
+        return -run.P_N[:, self.n_pairs :].reshape(len(run.t), -1, self.scene.dim)
+
+    # --- events
+
+    def _paradox_rows(self, run: Solution) -> np.ndarray:
+        rows = run.event_rows[run.event_rows[:, records.EVENT_KIND] >= records.INCONSISTENT][:MOST_PARADOXES]
+        bodies = np.sort(self.sides, axis=1)[rows[:, records.EVENT_CONTACT].astype(int)]
+        return np.hstack((rows, bodies))
+
+    def _events(self, run: Solution) -> SceneEvents:
+        """Changes of pairs of bodies, from those of their contacts."""
+        m = self.n_pairs
+        modes, found = run.mode[0, :m].copy(), list[tuple[Any, ...]]()
+        rows = run.event_rows[run.event_rows[:, records.EVENT_CONTACT] < m]
+        for t, group in groupby(rows, key=lambda row: float(row[records.EVENT_T])):
+            at, before, struck = list(group), modes.copy(), np.zeros(m, bool)
+            P = np.zeros((2, m))
+            for row in at:
+                c = int(row[records.EVENT_CONTACT])
+                modes[c] = int(row[records.EVENT_MODE_1])
+                struck[c] |= row[records.EVENT_KIND] in (records.IMPACT, records.INCONSISTENT)
+                P[:, c] += row[records.EVENT_P_N], row[records.EVENT_P_F]
+            k = max(0, int(np.searchsorted(run.t, t, side="right")) - 1)
+            x, _ = self.places(run.t[k : k + 1], run.q[k : k + 1], np.zeros_like(run.q[k : k + 1]))
+            impulses = self._impulses(P[0], P[1], self._where(x)[1][0])
+            pairs = np.sort(self.sides, axis=1)
+            for i, j in np.unique(pairs[[int(row[records.EVENT_CONTACT]) for row in at]], axis=0):
+                own = (pairs == (i, j)).all(axis=1)
+                on_j = np.where((self.sides[own, 0] == j)[:, None], impulses[own], -impulses[own]).sum(axis=0)
+                for kind in kinds_of_change(before[own], modes[own], bool(struck[own].any())):
+                    is_parting = kind == SceneEventKind.PARTING
+                    found.append((t, kind, i, j, *((0.0, 0.0 * on_j) if is_parting else (P[0, own].sum(), on_j))))
+        event = event_row(self.scene.dim)
+        columns = np.array(found, event)
+        return SceneEvents(**{name: columns[name].copy() for name in event.names or ()}, names=self.names)
+
+
+def kinds_of_change(before: np.ndarray, after: np.ndarray, is_struck: bool) -> list[SceneEventKind]:
+    """What happened to a pair of bodies whose contacts had some modes and have others."""
+    was, rests = mode_of_pair(before), mode_of_pair(after)
+    landing = [SceneEventKind.LANDING] if was == ContactMode.OPEN and (is_struck or rests != ContactMode.OPEN) else []
+    if rests == ContactMode.OPEN:
+        return [*landing, SceneEventKind.PARTING] if landing or was != ContactMode.OPEN else []
+    if landing or was == rests:
+        return landing
+    return [SceneEventKind.SLIP if rests == ContactMode.SLIDE else SceneEventKind.STICK]
+
+
+def mode_of_pair(modes: np.ndarray) -> ContactMode:
+    """Of two bodies: they stick where one of their contacts does; one without friction slides."""
+    if (modes == ContactMode.STICK).any():
+        return ContactMode.STICK
+    return ContactMode.SLIDE if (modes != ContactMode.OPEN).any() else ContactMode.OPEN
