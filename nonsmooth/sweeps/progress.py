@@ -101,7 +101,7 @@ class Progress:
         self._seconds = 0.0  # that were expected of the cells that are done
         self._begun, self._present = 0.0, 0.0  # work of the present cells, and the part of it that is done
         self._is_announced = False
-        self._started = self._shown = self._since = time.perf_counter()
+        self._started = self._shown = self._since = self._heard = time.perf_counter()
         self._is_known = False  # whether any work was heard of: what came before was compiling
 
     def _writer(self, show: Any) -> Callable[[Snapshot], None] | None:
@@ -133,13 +133,15 @@ class Progress:
         self.failed += failed
         self._begun, self._present = 0.0, 0.0
         if not self._is_known:
-            self._is_known, self._since = True, max(self._since, time.perf_counter() - elapsed)
+            self._is_known, self._heard = True, time.perf_counter()
+            self._since = max(self._since, self._heard - elapsed)
         self._look()
 
     def hear(self, part: float) -> None:
         """So much of the present cells, or of one of their runs, is done."""
         if not self._is_known:
             self._is_known, self._since = True, time.perf_counter()
+            self._heard = self._since
         self._present = part
         self._look()
 
@@ -149,7 +151,8 @@ class Progress:
 
     def _look(self) -> None:
         now = time.perf_counter()
-        if not self._is_announced and self.costs is None and now - self._since >= EVIDENCE_TIME:
+        is_evident = now - self._heard >= EVIDENCE_TIME  # the first cells may have waited for their compiling
+        if not self._is_announced and self.costs is None and is_evident:
             self._announce(self.snapshot().remaining)
         if now - self._shown >= self.period:
             self.show()

@@ -214,6 +214,18 @@ def test_what_a_worker_compiles_before_its_first_cells_is_no_part_of_the_rate(mo
     assert progress.snapshot().remaining == pytest.approx(9.9) and stream.getvalue() == ""
 
 
+def test_first_cells_that_compiled_on_their_way_are_not_announced_as_a_long_sweep(monkeypatch):
+    """One of 1000 cells takes 3 s, and all others a millisecond: 50 min are no estimate."""
+    now = [100.0]
+    monkeypatch.setattr("nonsmooth.sweeps.progress.time.perf_counter", lambda: now[0])
+    stream = io.StringIO()
+    progress = Progress(True, 1000, 0, stream)
+    for cells, seconds in ((1, 3.0), (600, 0.6), (100, 0.5)):
+        now[0] += seconds
+        progress.finish(np.arange(cells), 0, seconds)
+    assert stream.getvalue() == "" and progress.snapshot().remaining == pytest.approx(299 * 4.1 / 701)
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_model_that_compiles_for_long_is_not_announced_as_a_long_sweep(workers, monkeypatch, capsys):
     """Also where threads run the cells: three seconds of compiling are no cell's."""
