@@ -12,7 +12,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "nonsmooth"
 AT_THE_TOP = {"__init__.py", "__init__.pyi", "py.typed", "__main__.py", "errors.py", "views.py"}
-BESIDE = {"acceptance", "benchmarks", "data", "models", "mutations", "peers", "stress"}  # tests of more than one room
+BESIDE = {"acceptance", "benchmarks", "data", "models", "mutations", "peers", "site", "stress"}
 ORIGIN = re.compile(r"\b(derived|measured|chosen|defined|code)\b")  # of a constant; a code names a case
 BARE = {"TOL", "TOLERANCE", "ROUNDING", "ROUNDINGS", "EPS", "SMALL", "TINY", "LARGEST", "MAX", "MIN", "LIMIT", "FACTOR"}
 ROUNDING = PACKAGE / "numerics" / "rounding.py"
