@@ -66,7 +66,6 @@ def integrators(dt: float) -> dict[str, Any]:
         "moreau-jean compliance": ns.MoreauJean(dt, theta=1.0, compliance=ns.Compliance(1e6)),
         "adaptive": ns.Adaptive(1e-6, 1e-8),
         "event-driven": ns.EventDriven(1e-8, 1e-10),
-        "hand-over": ns.EventDriven(1e-6, 1e-8, hand_over=ns.Adaptive(1e-6, 1e-8)),
         "penalty": ns.Penalty(1e6, damping_ratio=0.3),
     }
 

@@ -119,7 +119,7 @@ CALLS = {
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
                                   "contacts": ns.ContactSolver(), "specialise": "auto"}),  # fmt: skip
-    "EventDriven": (ns.EventDriven, {"rtol": 1e-8, "atol": 1e-10, "hand_over": None}),
+    "EventDriven": (ns.EventDriven, {"rtol": 1e-8, "atol": 1e-10}),
     "Auto": (ns.Auto, {"rtol": 1e-6}),
     "Adaptive": (ns.Adaptive, {"rtol": 1e-6, "atol": 1e-8}),
     "Compliance": (ns.Compliance, {"stiffness": 1e4, "damping": 1.0}),
@@ -404,11 +404,6 @@ ROWS = [
     ("MoreauJean", {"projection": 1}, r"projection must be True or False; got 1"),
     ("MoreauJean", {"compliance": 1e6}, r"compliance must be a Compliance"),
     ("EventDriven", {"rtol": 0.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 0"),
-    (
-        "EventDriven",
-        {"hand_over": 1e-3},
-        r"hand_over must be an Adaptive\(rtol, atol\), or a MoreauJean\(dt\) with rigid contacts; got 0.001",
-    ),
     ("EventDriven", {"atol": -1.0}, r"atol must be positive; got -1"),
     ("Auto", {"rtol": 1.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 1"),
     ("Adaptive", {"rtol": 0.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 0"),

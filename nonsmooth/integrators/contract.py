@@ -13,10 +13,10 @@ it cannot go on. Its blocks:
     record     the rows written so far, and the motion within the steps                 records.py
     memory     whatever else the method needs, a block of its own                       ``memory(system)``
 
-Who runs an integrator, in a run, a checkpoint, a sweep or a stretch of another one, reads the header and the record,
-and nothing else. The loop begins from the header, writes the record of the start and sets ``state.counters.is_begun``;
-it returns where rows or events are full (``is_full``), and leaves the header at the moment it has come to. All that the
-next step depends on stands in the header and the memory: copied back, they give the same bits.
+Who runs an integrator, in a run, a checkpoint or a sweep, reads the header and the record, and nothing else. The loop
+begins from the header, writes the record of the start and sets ``state.counters.is_begun``; it returns where rows or
+events are full (``is_full``), and leaves the header at the moment it has come to. All that the next step depends on
+stands in the header and the memory: copied back, they give the same bits.
 
 A method with a fixed step writes no loop: it is a `FixedStep`, and its kernel
 
@@ -90,7 +90,6 @@ class Integrator:
     degree: ClassVar[int] = 0  # and their degree
     events_at_once: ClassVar[int] = EVENTS_AT_ONCE
     budget: ClassVar[str] = ""  # what is used up where the loop returns BUDGET_SPENT
-    hand_over: Integrator | None = None  # who takes over where this one gives up
     callbacks: tuple[Kernel, ...] = ()  # what the memory calls by its address: rates, event functions
     specialise: bool | str = False  # whether its loop may be compiled for one system alone; "auto": where that pays
 
@@ -155,3 +154,9 @@ class Choice:
     ) -> tuple[Integrator, str]:
         """The integrator for a system that starts at q, u, and why."""
         raise NotImplementedError
+
+    def instead(
+        self, chosen: Integrator, status: Status, model: Any, system: System, t_span: tuple[float, float]
+    ) -> Integrator | None:
+        """The integrator for a run that the chosen one has ended with a status; None where there is no other."""
+        return None

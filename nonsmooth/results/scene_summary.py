@@ -83,12 +83,10 @@ def summary_as_system(solution: SceneSolution) -> str:
     """The same of a run that was integrated as its system, whose steps are those of another integrator."""
     stats, about = solution.stats, solution.about
     chosen = f", because {about['chosen']}" if "chosen" in about else ""
-    handed = [f"handed over: {about['handed over']}"] if "handed over" in about else []
     return "\n".join(
         [
             f"{about['scene']}: {solution.message} (t = {solution.t[-1]:.9g} s)",
             f"{about['integrator']}, as its system{chosen}",
-            *handed,
             f"closed contacts at the end: {stats.contacts}{modes(solution)}; {about['contacts']}",
             f"worst penetration {stats.worst_penetration:.3g} m",
             *paradoxes(solution),

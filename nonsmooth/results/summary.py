@@ -44,10 +44,10 @@ def summary(solution: Solution) -> str:
 
 
 def _chosen(solution: Solution) -> list[str]:
-    """Which integrator was chosen, and why; and what it handed over to another."""
+    """Which integrator was chosen, and why; and what ran in the interpreter."""
     about = solution.about
     chosen = [f"{about['integrator']}, because {about['chosen']}"] if "chosen" in about else []
-    return chosen + [f"{what}: {about[what]}" for what in ("handed over", "interpreted") if what in about]
+    return chosen + ([f"interpreted: {about['interpreted']}"] if "interpreted" in about else [])
 
 
 def as_html(solution: Solution) -> str:

@@ -3,12 +3,15 @@
 The rules, in this order:
 
 1. no contacts: EventDriven, which is of order 5 there and takes stiff forces;
-2. few contacts that are decided at once: EventDriven, which changes its mind where it meets more than it can enumerate,
-   or too many events: it hands such stretches over, to Adaptive with its tolerances;
+2. few contacts that are decided at once: EventDriven;
 3. up to 100 unilateral contacts without friction: Adaptive, whose every contact problem has one solution, found in a
    few pivots from the one before;
 4. else, if a tolerance is asked for: Adaptive;
 5. else MoreauJean, with the model's own ``dt``, where it has one, else a ten-thousandth of the span.
+
+Where EventDriven meets more contacts at once than it can enumerate, or events without time between them, the whole run
+is taken again by Adaptive with its tolerances, or, of more than 12 contacts and where no tolerance is asked for, by
+MoreauJean.
 
 The modes of contacts that touch and that G couples are enumerated at an event: with friction 7 contacts take 0.1 s, 9
 take 2 s. So what counts is not how many contacts a system has but how many are decided at once: the largest island of
@@ -26,9 +29,9 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.contact.islands import find_islands
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.adaptive.options import Adaptive
-from nonsmooth.integrators.contract import Choice
+from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
@@ -43,6 +46,7 @@ MOST_WITHOUT_FRICTION = 100  # chosen: contacts of a system without friction tha
 LOCATED_EVENTS_RTOL, MANY_CONTACTS_RTOL = 1e-8, 1e-6
 PER_ATOL = 100  # chosen: rtol over atol [1/SI units]
 STEPS_OF_SPAN = 10_000  # chosen: in the span, of a model without a step of its own
+GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)  # code: of runs that another integrator can go through
 
 
 @dataclass(frozen=True)
@@ -67,8 +71,8 @@ class Auto(Choice):
     >>> from nonsmooth.catalogue import BouncingBall
     >>> ball = BouncingBall(e=0.8)
     >>> sol = ns.simulate(ball, (0, 1), *ball.state(height=1.0), integrator=ns.Auto(rtol=1e-6))
-    >>> sol.about["integrator"][:23], sol.about["chosen"]
-    ('EventDriven(rtol=1e-06,', 'every event of 1 contact can be located')
+    >>> sol.about["integrator"], sol.about["chosen"]
+    ('EventDriven(rtol=1e-06, atol=1e-08)', 'every event of 1 contact can be located')
     """
 
     rtol: float | None = None
@@ -81,14 +85,14 @@ class Auto(Choice):
         self, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray
     ) -> tuple[Any, str]:
         """The integrator for a system that starts at q, u, and why."""
-        t_0, t_1 = as_span(t_span)
+        t_0, _ = as_span(t_span)
         n_c, n_friction = system.n_c, int(system.kinds[:, 1].astype(bool).sum())
         fine = LOCATED_EVENTS_RTOL if self.rtol is None else self.rtol
         if n_c == 0:
             return EventDriven(
                 fine, fine / PER_ATOL
             ), "there are no contacts, and smooth motion is integrated with order 5"
-        located = EventDriven(fine, fine / PER_ATOL, hand_over=Adaptive(fine, fine / PER_ATOL))
+        located = EventDriven(fine, fine / PER_ATOL)
         contacts = "1 contact" if n_c == 1 else f"{n_c} contacts"
         if n_c <= MOST_CONTACTS and n_friction <= MOST_WITH_FRICTION:
             return located, f"every event of {contacts} can be located"
@@ -98,12 +102,8 @@ class Auto(Choice):
                 Adaptive(coarse, coarse / PER_ATOL),
                 f"{contacts} are too many to locate their events, but without friction few enough to refine",
             )
-        own = own_time(model, "dt")
-        dt = own if own is not None else (t_1 - t_0) / STEPS_OF_SPAN
         several, with_friction = decided_at_once(system, t_0, q, u)
         if several <= MOST_CONTACTS and with_friction <= MOST_WITH_FRICTION:
-            if self.rtol is None and n_c > MOST_CONTACTS and dt > 0.0:
-                located = EventDriven(fine, fine / PER_ATOL, hand_over=MoreauJean(dt))
             return (
                 located,
                 f"of {contacts} at most {several} are decided at once at the start, whose events can be located",
@@ -111,10 +111,28 @@ class Auto(Choice):
         many = f"{contacts}, {n_friction} with friction, have too many combinations of modes"
         if self.rtol is not None:
             return Adaptive(fine, fine / PER_ATOL), f"{many}; it keeps the tolerance asked for"
-        if not dt > 0.0:
+        stepper = stepper_of(model, t_span)
+        if stepper is None:
             return located, "the span has no length"
+        own = own_time(model, "dt")
         whose = "the model's own" if own is not None else f"a part in {STEPS_OF_SPAN} of the span"
-        return MoreauJean(dt), f"{many}; dt is {whose}"
+        return stepper, f"{many}; dt is {whose}"
+
+    def instead(
+        self, chosen: Integrator, status: Status, model: Any, system: System, t_span: tuple[float, float]
+    ) -> Integrator | None:
+        """Where EventDriven could not go on, what steps through any number of contacts and events; else None."""
+        if not isinstance(chosen, EventDriven) or status not in GIVEN_UP:
+            return None
+        stepper = stepper_of(model, t_span) if self.rtol is None and system.n_c > MOST_CONTACTS else None
+        return Adaptive(chosen.rtol, chosen.atol) if stepper is None else stepper
+
+
+def stepper_of(model: Any, t_span: tuple[float, float]) -> MoreauJean | None:
+    """Moreau–Jean with the model's own step, or a part of the span; None where that has no length."""
+    own, (t_0, t_1) = own_time(model, "dt"), as_span(t_span)
+    dt = own if own is not None else (t_1 - t_0) / STEPS_OF_SPAN
+    return MoreauJean(dt) if dt > 0.0 else None
 
 
 def decided_at_once(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[int, int]:

@@ -54,7 +54,7 @@ MESSAGES = {
     Status.STEP_VANISHED: "the step fell below the resolution of time: the tolerance cannot be met in double precision "
     "(a larger rtol, or a smaller stiffness, can)",
     Status.CHATTERING: "one contact after the other changes its mode and no time passes; time stepping goes on through "
-    "that: Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this stretch alone",
+    "that: Adaptive or MoreauJean(dt)",
     Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative, or no number; check its coefficients at "
     "this speed",
 }

@@ -105,7 +105,7 @@ class SceneBySystem:
                     f"{method} integrates a scene as its system, which takes no {option.partition('=')[0]}="
                     f"{option.partition('=')[2]}; leave it out, or {CURE}"
                 )
-        self.scene, self.t_0, self.integrator = scene, t_span[0], integrator
+        self.scene, self.t_0 = scene, t_span[0]
         self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()
         self.touches = touches_of(scene)
         self.world, self.names = World(scene, self.t_0), [body.name for body in scene.bodies]
@@ -178,10 +178,10 @@ class SceneBySystem:
         return type(failure)(str(failure), self.solution(failure.solution), failure.t, failure.problem)  # type: ignore[arg-type]
 
     def _about(self, run: Solution) -> dict[str, Any]:
-        told: dict[str, Any] = {name: run.about[name] for name in ("chosen", "handed over") if name in run.about}
+        chosen: dict[str, Any] = {name: run.about[name] for name in ("integrator", "chosen") if name in run.about}
         return {
-            **self.scene.parameter_values, "scene": repr(self.scene), "integrator": repr(self.integrator),
-            "contacts": f"{self.n_pairs} that may close", **told,
+            **self.scene.parameter_values, "scene": repr(self.scene), **chosen,
+            "contacts": f"{self.n_pairs} that may close",
         }  # fmt: skip
 
     def _stats(self, run: Solution, found: ContactColumns | None, depth: np.ndarray | None) -> SceneStats:

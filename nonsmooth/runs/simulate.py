@@ -272,7 +272,7 @@ def simulate(
             as_system_of = SceneBySystem(scene, t_span, method, record, functions, left_out)
             try:
                 run_of_system = simulate(
-                    as_system_of.system, t_span, *as_system_of.start, integrator=method, every=every, t_eval=t_eval,
+                    as_system_of.system, t_span, *as_system_of.start, integrator=integrator, every=every, t_eval=t_eval,
                     selection=selection, project=project, on_failure=on_failure, events=as_system_of.events,
                     max_steps=max_steps, max_wall_time=max_wall_time, progress=progress, record=as_system_of.record,
                 )  # fmt: skip
@@ -287,13 +287,14 @@ def simulate(
                 max_wall_time, progress, record, checkpoint, resume, checkpoint_every, view,
                 threads,
             )  # fmt: skip
-        if why is not None:
-            of_scene.about["chosen"] = why
+            if why is not None:
+                of_scene.about["chosen"] = why
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
         return of_scene  # type: ignore[return-value]
     q_0, u_0 = the_start(model, q0, u0, state, system)
-    method, reason = choose(method, model, system, t_span, q_0, u_0)
+    choice = as_choice(integrator)
+    method, reason = (integrator, None) if choice is None else choice.choose(model, system, t_span, q_0, u_0)
     task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         recorder = Recorder(recorded, is_watched=bool(functions))
@@ -312,13 +313,26 @@ def simulate(
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt
     solution = run.solution()
-    finer = suited(method, reason is not None, solution) if solution.success else None
-    if finer is not None and checkpoint is None and resume is None and not (functions or progress or view or max_steps):
-        again = simulate(
-            system, t_span, q_0, u_0, integrator=finer, every=every, t_eval=t_eval, selection=selection,
-            project=project, on_failure="return", max_wall_time=max_wall_time, record=record,
-            max_steps=steps_again(system, solution),
+    take: Callable[..., Any] = simulate
+    simulate_again = functools.partial(
+        take, system, t_span, q_0, u_0, every=every, t_eval=t_eval, selection=selection, project=project,
+        record=record,
+    )  # fmt: skip
+    may_again = checkpoint is None and resume is None
+    other = None if choice is None else choice.instead(method, run.status, model, system, t_span)
+    left = left_of(max_steps, solution.stats.steps), left_of(max_wall_time, run.wall_time)
+    if other is not None and may_again and all(part is None or part > 0 for part in left):
+        again = simulate_again(
+            integrator=other, on_failure=on_failure, events=events, progress=progress, view=view, max_steps=left[0],
+            max_wall_time=left[1],
         )  # fmt: skip
+        again.about["chosen"] = f"{reason}, but not from t = {run.time():.6g} s on: the run was taken again"
+        return again
+    finer = suited(method, reason is not None, solution) if solution.success else None
+    if finer is not None and may_again and not (functions or progress or view or max_steps):
+        again = simulate_again(
+            integrator=finer, on_failure="return", max_wall_time=max_wall_time, max_steps=steps_again(system, solution)
+        )
         if again.success:
             again.about["chosen"] = "; ".join([*([reason] if reason else []), taken_again(method, again)])
             return again
@@ -428,18 +442,21 @@ def simulate_at_once(*motion: Any, **options: Any) -> Any:
         _may_go_ahead.reset(token)
 
 
-def choose(
-    integrator: Any, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray
-) -> tuple[Any, str | None]:
-    """The integrator that was given, or the one that "auto" and ``Auto`` choose, and why."""
+def as_choice(integrator: Any) -> Choice | None:
+    """What chooses the integrator, "auto" or ``Auto``; None where one was given."""
     if isinstance(integrator, str) and integrator == "auto":
         from nonsmooth.runs.choice import Auto
 
-        integrator = Auto()
+        return Auto()
     if isinstance(integrator, Choice):
-        return integrator.choose(model, system, t_span, q, u)
+        return integrator
     require_integrator(integrator)
-    return integrator, None
+    return None
+
+
+def left_of(budget: float | None, used: float) -> Any:
+    """What is left of a budget; None where there is none."""
+    return None if budget is None else budget - used
 
 
 def require_integrator(integrator: Any) -> None:
@@ -454,12 +471,9 @@ def new_run(
     system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
     q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorder: Recorder | None = None,
 ) -> Run:  # fmt: skip
-    """The run of an integrator, which may hand it over."""
-    kind = Run
-    if integrator.hand_over is not None:
-        from nonsmooth.runs.hand_over import HandingRun as kind
+    """The run of an integrator."""
     table = make_timetable(integrator, t_span, every, t_eval)
-    return kind(system, integrator, table, q0, u0, selection, project, recorder)
+    return Run(system, integrator, table, q0, u0, selection, project, recorder)
 
 
 def run_ahead(
@@ -469,8 +483,6 @@ def run_ahead(
     """A run that begins in the interpreter while its code is compiled; None where it is compiled, or is to be first."""
     from nonsmooth.runs.ahead import AheadRun, compiled_elsewhere
 
-    if integrator.hand_over is not None:
-        return None
     elsewhere = compiled_elsewhere(system, integrator)
     if elsewhere is None:
         return None
@@ -491,9 +503,8 @@ def checkpointed_run(
         For a checkpoint of another run, and a method that cannot be checkpointed.
     """
     from nonsmooth.runs.identity import facts_of_run
-    from nonsmooth.runs.streaming import StreamingRecorder, as_place, require_checkpointable
+    from nonsmooth.runs.streaming import StreamingRecorder, as_place
 
-    require_checkpointable(integrator)
     task = system, integrator, t_span, every, t_eval, q0, u0, selection, project
     facts = functools.partial(facts_of_run, *task, recorded)
     return new_run(*task, StreamingRecorder(facts, as_place(checkpoint, resume, seconds), recorded))

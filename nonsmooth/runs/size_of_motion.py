@@ -34,11 +34,7 @@ def suited(integrator: Any, is_chosen: bool, solution: Solution) -> Any:
     size = float(np.abs(solution.q).max(initial=0.0))
     if not np.isfinite(size) or size < NO_MOTION or integrator.atol <= TOLERATED * integrator.rtol * size:
         return None
-    atol = integrator.rtol / PER_ATOL * size
-    inner: Any = getattr(integrator, "hand_over", None)
-    if has_default_atol(inner, is_chosen):
-        return replace(integrator, atol=atol, hand_over=replace(inner, atol=atol))
-    return replace(integrator, atol=atol)
+    return replace(integrator, atol=integrator.rtol / PER_ATOL * size)
 
 
 def has_default_atol(integrator: Any, is_chosen: bool) -> bool:

@@ -60,15 +60,6 @@ def as_place(checkpoint: Any, resume: Any, seconds: float) -> Place:
     return Place(path, checkpoint is not None, resume is not None, seconds)
 
 
-def require_checkpointable(integrator: Any) -> None:
-    """Raise `InvalidInput` for a run whose state is not all in its blocks."""
-    if integrator.hand_over is not None:
-        raise InvalidInput(
-            "an EventDriven run that may be handed over cannot be checkpointed; give integrator=EventDriven() without "
-            "hand_over, or MoreauJean(dt)"
-        )
-
-
 class StreamingRecorder(Recorder):
     """Rows and events go to a file.
 

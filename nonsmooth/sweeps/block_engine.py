@@ -384,7 +384,6 @@ class BlockEngine:
     system : System
         Its functions and kinds of contact; parameters and laws come with the cells.
     integrator : Integrator
-        One whose steps are taken by its loop, and that is not handed over.
     table : Timetable
         Record times.
     selection : int

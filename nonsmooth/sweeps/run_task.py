@@ -1,7 +1,6 @@
 """The task of a sweep over runs of a model: many at a time in the compiled block engine.
 
-What the block engine cannot do, a measure that is a function of the Solution, steps that a library takes or that are
-handed over to another integrator, is run cell by cell through `simulate`.
+What the block engine cannot do, a measure that is a function of the Solution, is run cell by cell through `simulate`.
 """
 
 from __future__ import annotations
@@ -141,7 +140,7 @@ class RunTask:
 
     def _prepare(self) -> None:
         self.rows = RowBuilder(self.model, self.state)
-        self.is_block = self.integrator.hand_over is None and not self.functions
+        self.is_block = not self.functions
         self.holds_interpreter = not self.is_block
         self._engines: dict[Any, BlockEngine] = {}
 

@@ -129,12 +129,9 @@ def test_the_time_between_two_states_is_no_negative_number(tmp_path, seconds):
     assert not list(tmp_path.iterdir())
 
 
-def test_events_of_the_user_and_runs_that_are_handed_over_are_refused(tmp_path):
+def test_events_of_the_user_are_refused(tmp_path):
     with pytest.raises(ns.InvalidInput, match="a run with a checkpoint looks for no events"):
         ns.simulate(**RUN, checkpoint=tmp_path / "a.ckpt", events=[lambda t, q, u: q[0]])
-    stepper = ns.EventDriven(hand_over=ns.MoreauJean(1e-3))
-    with pytest.raises(ns.InvalidInput, match="may be handed over cannot be checkpointed"):
-        ns.simulate(**RUN | {"integrator": stepper}, checkpoint=tmp_path / "b.ckpt")
     assert not list(tmp_path.iterdir())
 
 

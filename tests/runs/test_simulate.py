@@ -191,8 +191,8 @@ def test_the_clock_is_looked_at_as_often_whatever_a_step_costs(cost):
 
 @pytest.mark.parametrize(
     "integrator",
-    [STEP, ns.EventDriven(), ns.EventDriven(hand_over=STEP), ns.Adaptive(), "auto"],
-    ids=["step", "events", "events handed over", "adaptive", "auto"],
+    [STEP, ns.EventDriven(), ns.Adaptive(), "auto"],
+    ids=["step", "events", "adaptive", "auto"],
 )
 def test_warnings_point_at_the_line_of_the_user(integrator):
     """Whatever stands between that line and the run, which is another number of calls with each."""

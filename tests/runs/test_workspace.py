@@ -12,7 +12,7 @@ from tests.systems import ball
 
 METHODS = [
     ns.MoreauJean(dt=1e-3), ns.MoreauJean(dt=1e-3, theta=1.0, compliance=ns.Compliance(1e5, 10.0)), ns.Adaptive(),
-    ns.EventDriven(), ns.Penalty(1e5), ns.EventDriven(hand_over=ns.MoreauJean(dt=1e-3)),
+    ns.EventDriven(), ns.Penalty(1e5),
 ]  # fmt: skip
 
 

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from nonsmooth.checks.arrays import as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.forces import MAX_MODES
@@ -20,18 +18,16 @@ from nonsmooth.contact.planar.impacts import kernels_of_shock
 from nonsmooth.contact.planar.ladder import solve_planar
 from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.redundant import enumerate_redundant
-from nonsmooth.errors import InvalidInput, Status, shown
-from nonsmooth.integrators.adaptive.options import Adaptive
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.event_driven.impact import solve_impact
 from nonsmooth.integrators.event_driven.loop import Scratch, accept_step, change_modes, fill_header
 from nonsmooth.integrators.event_driven.switching import find_modes, switch_modes
 from nonsmooth.integrators.event_driven.touch import find_touching
-from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.radau.events import locate_event
-from nonsmooth.integrators.radau.located import AT_RESUMPTION, LocatesEvents
+from nonsmooth.integrators.radau.located import LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
 from nonsmooth.integrators.radau.stages import newton
-from nonsmooth.integrators.records import N_WORKS, State
+from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces, rigid_rates
 from nonsmooth.integrators.rigid.series import find_landing
@@ -50,16 +46,11 @@ class EventDriven(LocatesEvents):
     rtol, atol : float
         Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities. A contact
         whose next bounce is lower than atol [m] is closed.
-    hand_over : Adaptive or MoreauJean, optional
-        Takes over for a stretch where the events of several contacts are too dense: more than 100 within one step of
-        MoreauJean, or 1e-4 of the span for Adaptive, or without any time between them, or more contacts at once than
-        can be enumerated. A stretch is 50 times that long, and at most 1000 steps of Adaptive. The error is that of
-        the other integrator there. Without it such a run goes on as long as it can, or fails.
 
     Raises
     ------
     InvalidInput
-        Unless 2.2e-14 <= rtol < 1 and atol > 0, and hand_over is one of the two with rigid contacts.
+        Unless 2.2e-14 <= rtol < 1 and atol > 0.
 
     Examples
     --------
@@ -73,20 +64,11 @@ class EventDriven(LocatesEvents):
 
     rtol: float = 1e-8
     atol: float = 1e-10
-    hand_over: Adaptive | MoreauJean | None = None
 
     def __post_init__(self) -> None:
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
-        stepper = self.hand_over
-        if isinstance(stepper, Adaptive) or stepper is None:
-            return
-        if not isinstance(stepper, MoreauJean) or stepper.compliance is not None:
-            raise InvalidInput(
-                "hand_over must be an Adaptive(rtol, atol), or a MoreauJean(dt) with rigid contacts; "
-                f"got {shown(stepper)}"
-            )
 
     callbacks = (rigid_rates, rigid_events, change_modes, accept_step, fill_header)
 
@@ -115,22 +97,10 @@ class EventDriven(LocatesEvents):
 
     def reason(self, status: Status, state: State, memory: Scratch) -> str:
         """Of a contact problem with too many modes."""
-        if status != Status.NOT_SOLVED or self.hand_over is not None:
+        if status != Status.NOT_SOLVED:
             return ""
         return (
             f"{int(memory.touch.is_touching.sum())} contacts touch at once, at t = {state.now:.9g} s, and EventDriven "
             f"tries at most {MAX_MODES} modes, as many as 8 or 9 contacts with friction have at rest: time stepping "
-            "goes on through that, as Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this "
-            "stretch alone"
+            "goes on through that, as Adaptive or MoreauJean(dt)"
         )
-
-    def resume(self, state: State, memory: Scratch) -> None:
-        """Go on from the header, which another integrator has moved: its modes are decided anew."""
-        contacts, ode = memory.contacts, memory.ode
-        P = memory.written.copy()
-        P[:, : state.P_sum.shape[1]] += state.P_sum
-        ode.x[:] = np.concatenate((state.q, state.u, state.g_N, *P.T, state.ledger[:N_WORKS]))
-        ode.clock.now = state.now
-        contacts.mode[:], contacts.slip[:] = state.mode, state.slip
-        contacts.sign[:] = np.where(state.P[:, 0] < 0.0, -1, 1)
-        memory.waiting, memory.stalls = AT_RESUMPTION, 0

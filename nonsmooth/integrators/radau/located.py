@@ -26,8 +26,8 @@ from nonsmooth.jit import Callback, Kernel, kernel
 from nonsmooth.jit.blocks import Block, Floats, Handle, address, view
 from nonsmooth.mechanics.sys import Sys
 
-# code: what may wait in place of an event: the start, going on after a stretch of time stepping, a step that vanished
-AT_START, AT_RESUMPTION, AT_VANISHED_STEP = -2, -3, -4
+# code: what may wait in place of an event: the start, a step that vanished
+AT_START, AT_VANISHED_STEP = -2, -3
 
 # change_modes(sys, every, state, record, memory) -> Status: the modes after the event that waits, the rows of a jump
 CHANGE_MODES = "int64(int64, int64, int64, int64, int64)"
@@ -113,7 +113,7 @@ def advance(sys, schedule, max_steps, state, record, memory):
 @kernel
 def handle_event(sys, every, state, record, memory):
     """Let the method change the modes; returns a Status."""
-    if memory.waiting != AT_START and memory.waiting != AT_RESUMPTION:
+    if memory.waiting != AT_START:
         memory.stalls += 1
         if memory.stalls > MAX_STALLS * memory.events.armed.shape[0]:
             return Status.CHATTERING.value
