@@ -309,7 +309,7 @@ ROWS = [
     ("SceneSolution", {"path": 3}, r"path must"),
     ("System", {"n_q": 0}, r"n_q must be a whole number of at least 1; got 0"),
     ("System", {"n_q": 1.0}, r"n_q must be a whole number"),
-    ("System", {"n_u": 2}, r"n_u must equal n_q \(q' = u\); got n_u = 2"),
+    ("System", {"n_u": 2}, r"n_u must equal n_q \(q' = u\), or kinematics= .*; got n_u = 2"),
     ("System", {"mass": None}, r"needs the function mass; it was not given"),
     ("System", {"force": ball_mass}, r"force must take \(t, q, u, p, out\); got force\(t, q, p, M\)"),
     ("System", {"gap": 1.0}, r"gap must be a function; got float"),

@@ -20,7 +20,7 @@ from nonsmooth.checks.arrays import as_instance, as_number, as_vector
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import contact_state, evaluate
-from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.model_system import as_planar
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.start import own_state
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System
@@ -119,7 +119,7 @@ def equilibrium(
     (0.572612565, ('contact 0 would have to be pulled, but its normal force is 28.0915 N',))
     """
     given = as_model(system)
-    system = as_system(given)
+    system = as_planar(given, "equilibrium")
     q = _start(system, given) if guess is None else as_vector("guess", guess, system.n_q)
     mode = sliding_mode(system, q, sliding, normal, as_number("t", t, "s"))
     try:

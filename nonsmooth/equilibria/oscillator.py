@@ -54,7 +54,7 @@ class Oscillator:
         self.system, self.t = system, t
         self._model = model_of(system)
         self._sys = new_sys(system, self._model.handle, model_facts(system))
-        self._work = new(Work, n=system.n_u, n_c=system.n_c, d=system.d)
+        self._work = new(Work, **system.sizes)
         self._loop = accelerate.compiled if self._model.is_compiled else interpreted(accelerate)
 
     def accelerations(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

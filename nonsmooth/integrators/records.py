@@ -111,14 +111,14 @@ class Skips(Block):
     events: int
 
 
-class State(Block):
+class State(Block, n_q=0):
     """What a step changes, and all that is known of a run from outside: the header that every integrator has.
 
-    n = n_u, c = n_c. Between two calls of a loop it is that of the moment the run has come to.
+    n = n_u, c = n_c, n_q = 0 where q' = u. Between two calls of a loop it is that of the moment the run has come to.
     """
 
     now: float  # time [s]
-    q: Array[Floats, "n"]
+    q: Array[Floats, "n_q or n"]
     u: Array[Floats, "n"]
     g_N: Array[Floats, "n_c"]  # gaps, of the last record or step
     mode: Array[Ints, "n_c"]  # ContactMode
@@ -157,30 +157,31 @@ class RecordCounts(Block):
     next: int  # of the times of the records
 
 
-class Steps(Block):
+class Steps(Block, n_q=0):
     """The motion within the steps, u(t + theta h) = u_0 + sum_k B_k theta^k; where they are not kept, the last one."""
 
     n_steps: int
     is_kept: int  # 1 where they are kept
     t: Array[Floats, "steps"]  # beginnings
     h: Array[Floats, "steps"]  # lengths
-    q: Array[Floats, "steps", "n"]  # at the beginning
+    q: Array[Floats, "steps", "n_q or n"]  # at the beginning
     u: Array[Floats, "steps", "n"]
     B: Array[Floats, "steps", "degree", "n"]
 
 
 class Record(
-    Block, forces=0, steps=0, degree=0, m_q="m", m_u="m", m_g_N="m", m_P="m", m_mode="m", m_slip="m", m_ledger="m"
-):
+    Block, forces=0, steps=0, degree=0, n_q=0, m_q="m", m_u="m", m_g_N="m", m_P="m", m_mode="m", m_slip="m",
+    m_ledger="m",
+):  # fmt: skip
     """What a run writes down, m rows, and the motion within its steps; the caller empties them.
 
     ``forces`` is m of an integrator that has forces, else 0; ``m_q`` is 0 where q is not kept, and so on.
     """
 
     counts: RecordCounts
-    steps: Steps
+    steps: Array[Steps, "n_q = n_q"]
     t: Array[Floats, "m"]
-    q: Array[Floats, "m_q", "n"]
+    q: Array[Floats, "m_q", "n_q or n"]
     u: Array[Floats, "m_u", "n"]
     g_N: Array[Floats, "m_g_N", "n_c"]
     P: Array[Floats, "m_P", "n_c", "1 + d"]  # impulses since the row before
@@ -191,9 +192,9 @@ class Record(
 
 
 @functools.lru_cache(maxsize=64)
-def bytes_of_record(n: int, n_c: int, d: int, left_out: tuple[str, ...] = ()) -> int:
+def bytes_of_record(n: int, n_c: int, d: int, n_q: int, left_out: tuple[str, ...] = ()) -> int:
     """Size of one record with its steps, without the columns that are left out."""
-    columns = Columns(*list(new(Record, m=1, n=n, n_c=n_c, d=d, **no_rows(left_out)))[2:])
+    columns = Columns(*list(new(Record, m=1, n=n, n_c=n_c, d=d, n_q=n_q, **no_rows(left_out)))[2:])
     return WORD * (2 + sum(column.size for column in columns))
 
 
@@ -342,10 +343,10 @@ def implicit_impulse(i, dt, theta, n, u_0, u_1, work):
 @kernel
 def write_row(t, state, record):
     """Append a row of the header as it is, in the columns that are kept; impulses are counted anew from here."""
-    m, n, n_c = record.counts.rows, state.q.shape[0], state.mode.shape[0]
+    m, n, n_c = record.counts.rows, state.u.shape[0], state.mode.shape[0]
     record.t[m] = t
     if record.q.shape[0] > 0:
-        for i in range(n):
+        for i in range(state.q.shape[0]):
             record.q[m, i] = state.q[i]
     if record.u.shape[0] > 0:
         for i in range(n):

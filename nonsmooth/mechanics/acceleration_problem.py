@@ -26,6 +26,7 @@ from nonsmooth.mechanics.contact_problem import (
     row_velocities,
     stack_rows,
 )
+from nonsmooth.mechanics.kinematics import find_kinematics, move
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, ROW_RATES
 from nonsmooth.numerics.dense import cholesky_solve
@@ -44,15 +45,17 @@ def acceleration_problem(sys, t, q, u, n_k, rates, work):
 
     ``rates`` is scratch of shape (4, r), r the number of rows.
     """
-    n = sys.n
-    for i in range(n):
+    n, n_q = sys.n, sys.n_q
+    for i in range(n_q):
         work.q_mid[i] = q[i]
     status = free_acceleration(sys, True, t, u, work)
     if status != Status.RUNNING:
         return status, 0
+    if not find_kinematics(sys, t, q, u, work):
+        return Status.NOT_FINITE, 0
     if not find_row_rates(sys, row_shift(sys, u), t, q, u, n_k, rates, work):
         return Status.NOT_FINITE, 0
-    for i in range(n):
+    for i in range(n_q):
         work.q_mid[i] = q[i]
     if not evaluate_rows(sys, True, t, u, work):
         return Status.NOT_FINITE, 0
@@ -92,7 +95,7 @@ def constraint_problem(sys, t, q, u, n_k, work):
     """Fill work.W, work.X, work.G and the velocities work.gamma_0 for the contacts listed in work.closed: what the
     constraints ask of a state, without forces; returns (Status, rows)."""
     n = sys.n
-    for i in range(n):
+    for i in range(sys.n_q):
         work.q_mid[i] = q[i]
     status = factor_mass(sys, True, t, u, work)
     if status != Status.RUNNING:
@@ -132,9 +135,8 @@ def row_shift(sys, u):
 
 @kernel
 def find_row_rates(sys, e, t, q, u, n_k, rates, work):
-    """rates[0, :r] = W' u + w' of the listed contacts, from the model or by differences along q + e u, to 2 e on each
-    side; 0 where neither rows nor surfaces change."""
-    n = sys.n
+    """rates[0, :r] = W' u + w' of the listed contacts, from the model or by differences along q + e u, e B u
+    with work.B, to 2 e on each side; 0 where neither rows nor surfaces change."""
     if sys.has & (1 << ROW_RATES):
         if not evaluate(sys, ROW_RATES, t, q, u, work.rates):
             return False
@@ -155,8 +157,7 @@ def find_row_rates(sys, e, t, q, u, n_k, rates, work):
     r = 0
     for k in range(4):
         offset = (-2.0 * e, -e, e, 2.0 * e)[k]
-        for i in range(n):
-            work.q_mid[i] = q[i] + offset * u[i]
+        move(sys, q, offset, u, work, work.q_mid)
         if not evaluate_unloaded_rows(sys, True, t + offset, u, work):
             return False
         r = row_velocities(sys, n_k, u, work)

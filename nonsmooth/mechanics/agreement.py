@@ -5,8 +5,8 @@
     d h/ds = -K v, -C v                            along q + s v, u + s v
     d V/ds = -h v                                  along q + s v, where all of h at rest has a potential
 
-v has entries between 1/2 and 1 that are multiples of nothing, so that one line sees every entry. With the values f at
-s = -h, -h/2, 0, h/2, h
+where the coordinates go along B v if q' = B u. v has entries between 1/2 and 1 that are multiples of nothing, so that
+one line sees every entry. With the values f at s = -h, -h/2, 0, h/2, h
 
     D = (f(-h) - 8 f(-h/2) + 8 f(h/2) - f(h))/(6 h)              the derivative at 0, to O(h^4)
     E = (f(-h) - 2 f(-h/2) + 2 f(h/2) - f(h))/(2 h)              O(h^2)
@@ -38,6 +38,7 @@ from nonsmooth.mechanics.system import (
     GAP,
     GAP_RATE,
     GIVEN_FORCE,
+    KINEMATICS,
     MASS,
     NORMAL,
     POTENTIAL,
@@ -148,6 +149,15 @@ class Place:
     def __init__(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
         self.system, self.t, self.q, self.u = system, t, q, u
         self.reach = max(abs(t), *map(abs, q.tolist()), *map(abs, u.tolist()))
+        self.B = None if system.kinematics is None else self.value(KINEMATICS)
+
+    def along(self, v: np.ndarray) -> np.ndarray:
+        """Where the coordinates go with the velocities v."""
+        return v if self.B is None else self.B @ v
+
+    def of(self, j: int) -> str:
+        """The direction of entry j of the velocities."""
+        return f"of q[{j}]" if self.B is None else f"along B[:, {j}]"
 
     def value(
         self, which: int, q: np.ndarray | None = None, u: np.ndarray | None = None, dt: float = 0.0
@@ -175,13 +185,13 @@ class Place:
 
 def _gap(at: Place) -> str:
     """W_N and w_N against g_N."""
-    n, v = at.system.n_q, generic_direction(at.system.n_q)
+    n, v = at.system.n_u, generic_direction(at.system.n_u)
     W, w = at.value(NORMAL), at.value(GAP_RATE)
     given = at.system.kinds[:, 0] == GIVEN_FORCE
     W[given], w[given] = 0.0, 0.0
 
     def gaps(direction: np.ndarray, rate: float) -> Callable[[float], Iterator[Values]]:
-        return lambda h: _without(at.by_place(GAP, h, direction, rate), given)
+        return lambda h: _without(at.by_place(GAP, h, at.along(direction), rate), given)
 
     if at.wrong(gaps(v, 1.0), W @ v + w, np.abs(W) @ v + np.abs(w)) is None:
         return ""
@@ -192,7 +202,7 @@ def _gap(at: Place) -> str:
             name = at.system.described.contacts[i]
             return (
                 f"normal must be the gradient of gap: of {name} it writes W_N[{i}, {j}] = {wrong.written:.9g}, "
-                f"where g_N[{i}] changes by {wrong.found:.9g} for each unit of q[{j}]{_sign(wrong)}; correct one of "
+                f"where g_N[{i}] changes by {wrong.found:.9g} for each unit {at.of(j)}{_sign(wrong)}; correct one of "
                 "the two, or leave normal out: it is then derived from gap"
             )
     wrong = at.wrong(gaps(np.zeros(n), 1.0), w, np.abs(w))
@@ -221,7 +231,7 @@ def _row_rates(at: Place) -> str:
 
     def velocities(h: float) -> Iterator[Values]:
         for place in PLACES_ON_LINE:
-            q, dt, gamma = at.q + (place * h) * v, place * h, np.zeros((system.n_c, 1 + system.d))
+            q, dt, gamma = at.q + (place * h) * at.along(v), place * h, np.zeros((system.n_c, 1 + system.d))
             gamma[:, 0] = at.value(NORMAL, q, dt=dt) @ v + at.value(GAP_RATE, q, dt=dt)
             gamma[:, 1:] = at.value(TANGENT, q, dt=dt) @ v + at.value(SURFACE_VELOCITY, q, dt=dt)
             yield gamma[used].tolist()
@@ -242,7 +252,8 @@ def _row_rates(at: Place) -> str:
 
 def _stiffness(at: Place) -> str:
     cure = 'say stiffness="differences"'
-    return _jacobian(at, at.value(STIFFNESS), lambda h, v: at.by_place(FORCE, h, v, 0.0), ("stiffness", "K", "q", cure))
+    words = "stiffness", "K", "q", cure
+    return _jacobian(at, at.value(STIFFNESS), lambda h, v: at.by_place(FORCE, h, at.along(v), 0.0), words)
 
 
 def _damping(at: Place) -> str:
@@ -269,11 +280,11 @@ def _jacobian(at: Place, K: np.ndarray, forces: Callable, words: tuple[str, str,
 
 def _potential(at: Place) -> str:
     """Only its sign: a force may have parts without a potential, but not be its gradient."""
-    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic_direction(at.system.n_q)
+    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic_direction(at.system.n_u)
     work, size = np.array([h @ v]), np.array([np.abs(h) @ v])
 
     def energies(h: float) -> Iterator[Values]:
-        return at.by_place(POTENTIAL, h, v, 0.0)
+        return at.by_place(POTENTIAL, h, at.along(v), 0.0)
 
     if at.wrong(energies, -work, size) is None or at.wrong(energies, work, size) is not None:
         return ""

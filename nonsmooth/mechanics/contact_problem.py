@@ -19,8 +19,9 @@ from typing import Annotated as Array
 from typing import Any
 
 from nonsmooth.errors import Status
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
+from nonsmooth.mechanics.kinematics import has_kinematics, move
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_WIDTH, copy_friction
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import (
@@ -78,11 +79,13 @@ class Problem(Block, r="max(1, n_c * (1 + d))"):
     candidate: Array[Ints, "n_c"]  # and modes, as contact/planar/single.py numbers them
 
 
-class Work(Problem, r="max(1, n_c * (1 + d))"):
+class Work(Problem, r="max(1, n_c * (1 + d))", n_q=0):
     """Arrays of one step, allocated once a run: the problem of its closed contacts, and what that is made from.
-    n = n_u, c = n_c, r = most rows that can be closed."""
+    n = n_u, c = n_c, r = most rows that can be closed, n_q = 0 where q' = u."""
 
-    q_mid: Array[Floats, "n"]
+    q_mid: Array[Floats, "n_q or n"]
+    q_end: Array[Floats, "n_q or n"]  # scratch, and with kinematics the coordinates after the step
+    B: Array[Floats, "n_q", "n"]  # q' = B u, mostly at the mid-point
     h: Array[Floats, "n"]  # force, then the force actually applied
     du: Array[Floats, "n"]  # Mhat^-1 dt h
     trial: Array[Floats, "n"]  # scratch
@@ -201,7 +204,10 @@ def implicit_step(sys, t, dt, theta, u, work):
     if has & STIFFNESS_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = dt * u[i]
-        if not difference_forces(sys, t, work.q_mid, u, False, work):
+        if has_kinematics(sys):
+            if not difference_along(sys, t, u, work):
+                return Status.NOT_FINITE
+        elif not difference_forces(sys, t, work.q_mid, u, False, work):
             return Status.NOT_FINITE
     elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t, work.q_mid, u, work.K):
         return Status.NOT_FINITE
@@ -235,6 +241,24 @@ def difference_forces(sys, t, q, u, by_velocity, work):
             return False
         for i in range(n):
             out[i, j] = (work.h[i] - work.rhs[i]) / step
+    return True
+
+
+@rare_kernel
+def difference_along(sys, t, u, work):
+    """K = -dh/dq B by forward differences along the columns of work.B; ``work.trial`` holds dt u."""
+    n, n_q, q_mid, q = sys.n, sys.n_q, work.q_mid, work.q_end
+    for j in range(n):
+        size, reach = abs(work.trial[j]), 0.0
+        for i in range(n_q):
+            reach = max(reach, abs(q_mid[i]) if work.B[i, j] != 0.0 else 0.0)
+        step = FORCE_INCREMENT * max(size + reach, FORCE_INCREMENT)
+        for i in range(n_q):
+            q[i] = q_mid[i] + step * work.B[i, j]
+        if not evaluate(sys, FORCE, t, q, u, work.rhs):
+            return False
+        for i in range(n):
+            work.K[i, j] = (work.h[i] - work.rhs[i]) / step
     return True
 
 
@@ -398,11 +422,10 @@ def clear_rounding(n, r, work):
 def carry_to_ends(sys, t, dt, n_k, r, state, work, there):
     """Carry the contact velocities from the rows of the mid-point to those of the ends: gamma_0 to the beginning, c to
     the end. The change over half a step, (W_1 - W_mid) u_0 + w_1 - w_mid, is half the dt (W' u + w') of the step."""
-    n, q, u = sys.n, state.q, state.u
+    u = state.u
     if sys.has & ROWS_ARE_CONSTANT and sys.has & SURFACES_ARE_CONSTANT:
         return True
-    for i in range(n):
-        there.q_mid[i] = q[i] + dt * u[i]
+    move(sys, state.q, dt, u, work, there.q_mid)
     for k in range(n_k):
         there.closed[k] = work.closed[k]
     if not evaluate_rows(sys, True, t + dt, u, there):

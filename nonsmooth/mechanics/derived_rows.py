@@ -1,6 +1,6 @@
 """Rows that a model leaves out: the gradient of its gaps, and their rate with time.
 
-    W_N[:, j] = dg_N/dq_j,    w_N = dg_N/dt
+    W_N[:, j] = dg_N/dq_j,    w_N = dg_N/dt        with q' = B u:  W_N[:, j] along B[:, j]
 
 by dual numbers, exact to rounding (numerics/dual.py), where the gap can be rewritten for them
 (numerics/continuation.py); else by differences of eighth order,
@@ -32,11 +32,15 @@ E = 2.0**-11  # derived: e, above
 WEIGHTS = (672.0 / 840.0, -168.0 / 840.0, 32.0 / 840.0, -3.0 / 840.0)  # derived: of f_k - f_-k
 
 # What the functions below read under these names is put there by ``bound``.
-n_q, n_c = 1, 1
+n_q, n_c, n_u = 1, 1, 1
 
 
 def gap(t, q, p, g_N):
     """The model's gap."""
+
+
+def kinematics(t, q, p, B):
+    """The model's kinematics, where it has some."""
 
 
 def dual_normal(t, q, p, W_N):
@@ -45,6 +49,19 @@ def dual_normal(t, q, p, W_N):
         for k in range(n_q):
             z[k] = q[k]
         z[j] = complex(q[j], H)
+        for i in range(n_c):
+            g[i] = 0.0
+        gap(t, z, p, g)
+        for i in range(n_c):
+            W_N[i, j] = g[i].imag / H
+
+
+def dual_normal_along(t, q, p, W_N):
+    z, g, B = np.zeros(n_q, np.complex128), np.zeros(n_c, np.complex128), np.zeros((n_q, n_u))
+    kinematics(t, q, p, B)
+    for j in range(n_u):
+        for k in range(n_q):
+            z[k] = complex(q[k], H * B[k, j])
         for i in range(n_c):
             g[i] = 0.0
         gap(t, z, p, g)
@@ -73,6 +90,21 @@ def difference_normal(t, q, p, W_N):
         z[j] = q[j]
 
 
+def difference_normal_along(t, q, p, W_N):
+    z, g, B = q.copy(), np.zeros(n_c, q.dtype), np.zeros((n_q, n_u))
+    kinematics(t, q, p, B)
+    for j in range(n_u):
+        for k in range(8):
+            place = (k + 2) // 2 * (1 - 2 * (k % 2))
+            for m in range(n_q):
+                z[m] = q[m] + place * E * B[m, j]
+            for i in range(n_c):
+                g[i] = 0.0
+            gap(t, z, p, g)
+            for i in range(n_c):
+                W_N[i, j] += (1 - 2 * (k % 2)) * WEIGHTS[k // 2] * g[i] / E
+
+
 def difference_gap_rate(t, q, p, w_N):
     g = np.zeros(n_c, w_N.dtype)
     for k in range(8):
@@ -84,15 +116,18 @@ def difference_gap_rate(t, q, p, w_N):
             w_N[i] += (1 - 2 * (k % 2)) * WEIGHTS[k // 2] * g[i] / E
 
 
-def derived(name: str, function: Callable, size: tuple[int, int]) -> Callable:
-    """``normal`` or ``gap_rate`` of a gap function, ``size`` = (n_q, n_c).
+Along = tuple[Callable, int]  # kinematics of a model, and n_u
+
+
+def derived(name: str, function: Callable, size: tuple[int, int], along: Along | None = None) -> Callable:
+    """``normal`` or ``gap_rate`` of a gap function, ``size`` = (n_q, n_c); ``along`` a model's kinematics.
 
     Its attribute ``derived_from`` is the gap; ``continuation`` the same for complex arguments, by differences;
     ``by_differences`` the same for a compiler that refuses dual numbers.
     """
-    kept = _kept(name, Same(function), size)
+    kept = _kept(name, Same(function), size, along and (Same(along[0]), along[1]))
     if not kept or not kept[0][1].holds():
-        kept[:] = [(_derived(name, function, size), watch_on(function))]
+        kept[:] = [(_derived(name, function, size, along), watch_on(function))]
     return kept[0][0]
 
 
@@ -102,30 +137,35 @@ def watch_on(function: Callable) -> Watch:
 
 
 @functools.lru_cache(maxsize=256)
-def _kept(name: str, function: Same, size: tuple[int, int]) -> list[tuple[Callable, Watch]]:
+def _kept(name: str, function: Same, size: tuple[int, int], along: Any) -> list[tuple[Callable, Watch]]:
     """Where a derived row is kept, with the watch on what it was made from."""
     return []
 
 
-def _derived(name: str, function: Callable, size: tuple[int, int]) -> Callable:
-    exact, rough = FORMS[name]
-    by_differences = bound(rough, function, size)
+def _derived(name: str, function: Callable, size: tuple[int, int], along: Along | None) -> Callable:
+    exact, rough = FORMS[name if along is None else "normal along"]
+    by_differences = bound(rough, function, size, along)
     try:
-        made = bound(exact, continued(function), size)
+        made = bound(exact, continued(function), size, along)
     except CannotContinue:
         made = by_differences
-    continuation = bound(rough, complexified(function), size)
+    continuation = bound(rough, complexified(function), size, along)
     for form in (made, by_differences):
         vars(form).update(derived_from=function, continuation=continuation, by_differences=by_differences)
     return made
 
 
-FORMS = {"normal": (dual_normal, difference_normal), "gap_rate": (dual_gap_rate, difference_gap_rate)}
+FORMS = {
+    "normal": (dual_normal, difference_normal), "gap_rate": (dual_gap_rate, difference_gap_rate),
+    "normal along": (dual_normal_along, difference_normal_along),
+}  # fmt: skip
 
 
-def bound(form: Any, function: Callable, size: tuple[int, int]) -> Any:
-    """One of the functions above for a gap and its sizes."""
+def bound(form: Any, function: Callable, size: tuple[int, int], along: Along | None = None) -> Any:
+    """One of the functions above for a gap, its sizes, and a kinematics."""
     scope = {"n_q": size[0], "n_c": size[1], "gap": function, "H": H, "E": E, "WEIGHTS": WEIGHTS, "np": np}
+    if along is not None:
+        scope |= {"kinematics": along[0], "n_u": along[1]}
     made = types.FunctionType(form.__code__, scope, form.__name__)
     made.__module__ = __name__
     return made

@@ -38,6 +38,8 @@ class Description:
         contact has no ``at``; None where none has one.
     parts : sequence of str or None
         Names of the polylines of ``shape``.
+    velocities : tuple of (str, str)
+        Name and unit of each velocity where q' = B u; none where they are the rates of the coordinates.
     """
 
     coordinates: tuple[tuple[str, str], ...]
@@ -47,6 +49,7 @@ class Description:
     outline: Callable[..., Lines] | None
     parts: Sequence[str] | None
     contact_frames: Callable[..., Any] | None
+    velocities: tuple[tuple[str, str], ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -56,6 +59,8 @@ class Description:
     @property
     def rates(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each velocity: thdot [rad/s]."""
+        if self.velocities:
+            return self.velocities
         if not self.has_names:
             return tuple((f"u[{k}]", "") for k in range(len(self.coordinates)))
         return tuple((name + RATE, f"{unit}/s" if unit else "") for name, unit in self.coordinates)
@@ -82,6 +87,8 @@ class Description:
 
     def rate_label(self, place: int) -> str:
         """A velocity as an axis has it: th' [rad/s]."""
+        if self.velocities:
+            return with_unit(*self.velocities[place])
         name, unit = self.coordinates[place]
         return with_unit(f"{name}'", f"{unit}/s" if unit else "")
 
@@ -100,31 +107,43 @@ def numbered(n_q: int, n_c: int) -> Description:
 def names_in_file(description: Description) -> dict[str, Any]:
     """Its names, as a file holds them."""
     return {
-        "coordinates": description.coordinates, "has_names": description.has_names, "contacts": description.contacts
+        "coordinates": description.coordinates, "has_names": description.has_names, "contacts": description.contacts,
+        "velocities": description.velocities,
     }  # fmt: skip
 
 
 def of_names(names: dict[str, Any]) -> Description:
     """The names that a file holds."""
-    coordinates = tuple((str(name), str(unit)) for name, unit in names["coordinates"])
+    coordinates, velocities = (
+        tuple((str(name), str(unit)) for name, unit in names[kind]) for kind in ("coordinates", "velocities")
+    )
     contacts = tuple(str(name) for name in names["contacts"])
-    return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None)
+    return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None, velocities)
 
 
 def described(system: Any) -> Description:
     """The names and pictures of a system."""
     model = system.parameters
-    of_model = as_coordinates(getattr(model, "coordinates", None) or (), None)
+    of_model = as_names("coordinates", "coordinate", getattr(model, "coordinates", None) or (), None)
     fits = len(of_model) == system.n_q  # parameters may be those of another system
-    own = as_coordinates(system.coordinates, system.n_q) if system.coordinates else of_model if fits else ()
+    own = system.coordinates or (of_model if fits else ())
     names = tuple(contact.name or f"contact {i}" for i, contact in enumerate(system.contacts))
     return Description(
         own or tuple((f"q[{k}]", "") for k in range(system.n_q)), bool(own), names,
         in_lines("shape(q)", _drawn(system, system.shape, 1) or getattr(model, "shape", None)),
         in_lines("outline()", _drawn(system, system.outline, 0) or getattr(model, "outline", None)),
         getattr(model, "parts", None) if system.shape is None else None,
-        _frames(system),
+        _frames(system), _velocities_of(system),
     )  # fmt: skip
+
+
+def _velocities_of(system: Any) -> tuple[tuple[str, str], ...]:
+    """Names of the velocities of a system with q' = B u; none where they are rates of the coordinates."""
+    if system.kinematics is None:
+        return ()
+    of_model = as_names("velocities", "velocity", getattr(system.parameters, "velocities", None) or (), None)
+    own = system.velocities or (of_model if len(of_model) == system.n_u else ())
+    return own or tuple((f"u[{k}]", "") for k in range(system.n_u))
 
 
 def title_of(system: Any) -> str:
@@ -223,24 +242,25 @@ def require_drawn(name: str, function: Any, names: tuple[str, ...], returned: st
         raise InvalidInput(f"{name} must be a function {expected} that returns {returned}; got {shown(function)}")
 
 
-def _pairs(given: Sequence[Any]) -> tuple[tuple[str, str], ...]:
+def _pairs(what: str, given: Sequence[Any]) -> tuple[tuple[str, str], ...]:
     """Names with units."""
     pairs = [(entry, "") if isinstance(entry, str) else entry for entry in given]
     for pair in pairs:
         is_pair = isinstance(pair, tuple | list) and len(pair) == 2 and all(isinstance(text, str) for text in pair)
         if not is_pair or not pair[0]:
-            raise InvalidInput(f"a coordinate is a name with its unit, as ('th', 'rad'); got {shown(pair)}")
+            raise InvalidInput(f"a {what} is a name with its unit, as ('th', 'rad'); got {shown(pair)}")
     many = [name for name, count in Counter(name for name, _ in pairs).items() if count > 1]
     if many:
-        raise InvalidInput(f"the coordinate {many[0]!r} is named twice; give each a name of its own")
+        raise InvalidInput(f"the {what} {many[0]!r} is named twice; give each a name of its own")
     return tuple((name, unit) for name, unit in pairs)
 
 
-def as_coordinates(given: Any, n_q: int | None) -> tuple[tuple[str, str], ...]:
-    """Names and units of the coordinates, or `InvalidInput`."""
+def as_names(kind: str, what: str, given: Any, n: int | None) -> tuple[tuple[str, str], ...]:
+    """Names and units of n coordinates or velocities, or `InvalidInput`."""
     if isinstance(given, str) or not isinstance(given, list | tuple):
-        raise InvalidInput(f'coordinates must be a list as [("x", "m"), ("th", "rad")]; got {shown(given)}')
-    pairs = _pairs(given)
-    if pairs and isinstance(n_q, int) and len(pairs) != n_q:
-        raise InvalidInput(f"coordinates must have {n_q} entries, one for each coordinate of n_q; got {len(pairs)}")
+        raise InvalidInput(f'{kind} must be a list as [("x", "m"), ("th", "rad")]; got {shown(given)}')
+    pairs = _pairs(what, given)
+    if pairs and isinstance(n, int) and len(pairs) != n:
+        of = "n_q" if what == "coordinate" else "n_u"
+        raise InvalidInput(f"{kind} must have {n} entries, one for each {what} of {of}; got {len(pairs)}")
     return pairs

@@ -19,7 +19,7 @@ def initial_modes(sys, t, state, work):
     """Fill state.mode and state.slip from state.q, state.u; returns RAISED, INADMISSIBLE or ADMISSIBLE."""
     n, n_c = sys.n, sys.n_c
     q, u, gamma_F = state.q, state.u, work.rates
-    for j in range(n):
+    for j in range(sys.n_q):
         work.q_mid[j] = q[j]
     if n_c > 0:
         if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, work.q_mid, u, work.g_N):
@@ -27,8 +27,9 @@ def initial_modes(sys, t, state, work):
         if not evaluate_rows(sys, True, t, u, work):
             return RAISED
     length, speed, surface = 0.0, 0.0, 0.0
-    for j in range(n):
+    for j in range(sys.n_q):
         length = max(length, abs(q[j]))
+    for j in range(n):
         speed = max(speed, abs(u[j]))
     for i in range(n_c):
         if sys.kinds[i, 1] > 0:

@@ -34,6 +34,7 @@ from nonsmooth.mechanics.system import (
     GAP,
     GAP_RATE,
     GIVEN_FORCE,
+    KINEMATICS,
     MASS,
     NORMAL,
     SURFACE_VELOCITY,
@@ -188,10 +189,15 @@ def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
         violation = np.where(equality, np.abs(gaps), np.maximum(0.0, -gaps)).max(initial=0.0)
         if violation <= rounding_of_sum(GAP_LEFT_ROUNDINGS, np.abs(q).max(initial=0.0)) + NOTHING:
             break
-        q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
+        q = q + along(system, t, q, u, _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality))
     rows, _, equality = _normal_rows(system, t, q, u, largest_closed_gap(q))
     rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, largest_closed_gap(q))]
     return q, u + _nearest(evaluate(system, MASS, t, q, u), rows, -(rows @ u + rates), equality)
+
+
+def along(system: System, t: float, q: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """B v, the direction in which coordinates go with the velocities v."""
+    return v if system.kinematics is None else evaluate(system, KINEMATICS, t, q, u) @ v
 
 
 def _selected(system: System, t: float, q: np.ndarray, u: np.ndarray, reach: float) -> np.ndarray:

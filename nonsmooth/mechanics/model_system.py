@@ -37,6 +37,26 @@ def as_system(candidate: Any) -> System:
     return _first_of(_Made(made)) if type(made) is System else made
 
 
+def as_planar(candidate: Any, what: str) -> System:
+    """`as_system` for ``what`` takes coordinates with q' = u and friction in one direction alone.
+
+    Raises
+    ------
+    InvalidInput
+        For another system.
+    """
+    system = as_system(candidate)
+    require_planar(system, what)
+    return system
+
+
+def require_planar(system: System, what: str) -> None:
+    """Raise `InvalidInput` for a system with q' = B u or friction in two directions, which ``what`` does not take."""
+    if system.is_spatial:
+        has = "friction in two directions" if system.d > 1 else "kinematics (q' = B u)"
+        raise InvalidInput(f"{what} takes no system with {has}; MoreauJean(dt=...) simulates it")
+
+
 class _Made:
     """A system that was built, equal to each that is the same in every part."""
 

@@ -22,6 +22,7 @@ class Sys(Block):
     model: Handle  # what ``call_model`` takes
     has: int  # one bit a function that the model has, and what is constant in it (contact_problem.model_facts)
     n: int  # velocities
+    n_q: int  # coordinates
     n_c: int  # contacts
     p: Array[Floats, "n_p"]  # parameters
     kinds: Array[Ints, "n_c", 2]  # of contact, and the number of its tangential directions
@@ -46,7 +47,7 @@ def new_sys(system: System, model: Any, has: int) -> Sys:
 
 def fill_sys(sys: Sys, system: System, model: Any, has: int) -> None:
     """Write a system into a block of its sizes."""
-    sys.model, sys.has, sys.n, sys.n_c = model, has, system.n_u, system.n_c
+    sys.model, sys.has, sys.n, sys.n_q, sys.n_c = model, has, system.n_u, system.n_q, system.n_c
     fill_numbers(sys, system)
 
 

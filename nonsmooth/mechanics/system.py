@@ -1,6 +1,6 @@
 """The mechanical system: plain functions, parameters, contacts.
 
-Equation of motion, with q' = u:
+Equation of motion, with q' = B(t, q) u, and B = 1 where nothing else is said:
 
     M(t, q) du = h(t, q, u) dt + W_N^T dP_N + W_F^T dP_F
     gamma_N = W_N u + w_N,    gamma_F = W_F u + w_F
@@ -25,7 +25,7 @@ from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.jit import Unpack, unpack_of
 from nonsmooth.jit.watch import Watch
 from nonsmooth.mechanics.derived_rows import derived, watch_on
-from nonsmooth.mechanics.description import Description, as_coordinates, described, require_drawn
+from nonsmooth.mechanics.description import Description, as_names, described, require_drawn
 from nonsmooth.mechanics.laws import (
     IMPACT_LAWS,
     LAW_E_N,
@@ -44,7 +44,7 @@ from nonsmooth.mechanics.signatures import is_hashable, reads_argument, require_
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
 MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
-STIFFNESS, DAMPING, POTENTIAL, NORMAL_FORCE = range(8, 12)
+STIFFNESS, DAMPING, POTENTIAL, NORMAL_FORCE, KINEMATICS = range(8, 13)
 
 TAKES_U = {FORCE, ROW_RATES, STIFFNESS, DAMPING, NORMAL_FORCE}
 FUNCTION_NAMES = {
@@ -60,6 +60,7 @@ FUNCTION_NAMES = {
     "damping": DAMPING,
     "potential": POTENTIAL,
     "normal_force": NORMAL_FORCE,
+    "kinematics": KINEMATICS,
 }
 NAMES = {which: name for name, which in FUNCTION_NAMES.items()}
 
@@ -166,14 +167,21 @@ class System:
     n_q : int, optional
         Number of coordinates; that of the names when left out.
     n_u : int, optional
-        Number of velocities; equal to n_q (q' = u).
+        Number of velocities; equal to n_q where there is no ``kinematics``.
+    velocities : sequence of (str, str) or str, optional
+        Name and unit of each velocity, as ``[("w_x", "rad/s")]``, where ``kinematics`` is given; else they are the
+        rates of the coordinates.
+    kinematics : callable, optional
+        ``kinematics(t, q, p, B)`` writes B (n_q, n_u): q' = B u, as for unit quaternions and angular velocities. What
+        is quadratic in q and stays constant along q' = B u, as |q| of a quaternion, stays so to rounding.
+        `MoreauJean` takes it, and `classify`.
     mass : callable
         ``mass(t, q, p, M)`` writes M (n_u, n_u) [symmetric positive definite].
     force : callable
         ``force(t, q, u, p, h)`` writes h (n_u,): all smooth forces.
     gap, normal, tangent : callable, optional
-        ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap, derived from it
-        when left out; ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
+        ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap, with kinematics
+        times B, derived from the gap when left out; ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
     surface_velocity, gap_rate : callable, optional
         ``surface_velocity(t, q, p, w_F)`` (n_c, d) and ``gap_rate(t, q, p, w_N)`` (n_c,) [m/s]: gamma_F = W_F u + w_F,
         gamma_N = W_N u + w_N. When left out w_F is zero, and w_N is derived from the gap, the rate at which it changes
@@ -249,10 +257,12 @@ class System:
     damping: Callable[..., Any] | None = None
     potential: Callable[..., Any] | None = None
     normal_force: Callable[..., Any] | None = None
+    kinematics: Callable[..., Any] | None = None
     contacts: Sequence[Contact] = ()
     parameters: Any = ()
     name: str = ""
     coordinates: Sequence[tuple[str, str] | str] = ()
+    velocities: Sequence[tuple[str, str] | str] = ()
     shape: Callable[..., Any] | None = None
     outline: Callable[..., Any] | None = None
     t_end: float | None = None
@@ -261,7 +271,7 @@ class System:
 
     def __post_init__(self) -> None:
         set_ = functools.partial(object.__setattr__, self)
-        set_("coordinates", as_coordinates(self.coordinates, self.n_q))
+        set_("coordinates", as_names("coordinates", "coordinate", self.coordinates, self.n_q))
         if self.n_q is None and not self.coordinates:
             raise InvalidInput('a system needs its coordinates, as coordinates=[("x", "m"), ("th", "rad")], or n_q=')
         set_("n_q", len(self.coordinates) if self.n_q is None else as_count("n_q", self.n_q))
@@ -269,9 +279,9 @@ class System:
         for name in ("t_end", "dt"):
             if getattr(self, name) is not None:
                 set_(name, as_positive(name, getattr(self, name), "s"))
-        set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
-        if self.n_u != self.n_q:
-            raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
+        set_("velocities", as_names("velocities", "velocity", self.velocities, self.n_u))
+        set_("n_u", (len(self.velocities) or self.n_q) if self.n_u is None else as_count("n_u", self.n_u))
+        _check_velocities(self)
         contacts = (self.contacts,) if isinstance(self.contacts, Contact) else self.contacts
         if not isinstance(contacts, list | tuple) or not all(isinstance(contact, Contact) for contact in contacts):
             raise InvalidInput(f"contacts must be a list of Contact, one for each gap; got {shown(self.contacts)}")
@@ -292,6 +302,17 @@ class System:
     def n_c(self) -> int:
         """Number of contacts."""
         return len(self.contacts)
+
+    @property
+    def is_spatial(self) -> bool:
+        """Whether it has kinematics, or friction in two directions: what `MoreauJean` takes and others do not."""
+        return self.kinematics is not None or self.d > 1
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Sizes of the blocks of a run: n velocities, n_c contacts, d directions of friction, and n_q coordinates, 0
+        where q' = u."""
+        return {"n": self.n_u, "n_c": self.n_c, "d": self.d, "n_q": 0 if self.kinematics is None else self.n_q}
 
     @property
     def functions(self) -> dict[int, Callable[..., Any]]:
@@ -335,8 +356,13 @@ class System:
         if self._returns(GAP, gap):
             gap = writing("gap", gap, False, self.shape_of(GAP))
         size, found = (self.n_q, self.n_c), {}
-        if self.normal is None:
+        if self.normal is None and self.kinematics is None:
             found[NORMAL] = derived("normal", gap, size)
+        elif self.normal is None:
+            kinematics: Any = getattr(self.kinematics, "py_func", self.kinematics)
+            if self._returns(KINEMATICS, kinematics):
+                kinematics = writing("kinematics", kinematics, False, self.shape_of(KINEMATICS))
+            found[NORMAL] = derived("normal", gap, size, (kinematics, self.n_u))
         if self.gap_rate is None and reads_argument(getattr(self.gap, "__code__", None), 0):
             found[GAP_RATE] = derived("gap_rate", gap, size)
         return found
@@ -400,6 +426,7 @@ class System:
             DAMPING: (n_u, n_u),
             POTENTIAL: (1,),
             NORMAL_FORCE: (n_c,),
+            KINEMATICS: (self.n_q, n_u),
         }
 
     def name_of(self, which: int) -> str:
@@ -459,6 +486,16 @@ class System:
     def __repr__(self) -> str:
         name = f"{self.name!r}, " if self.name else ""
         return f"System({name}n_q={self.n_q}, n_c={self.n_c})"
+
+
+def _check_velocities(system: System) -> None:
+    """Velocities are the rates of the coordinates where no kinematics says otherwise."""
+    if system.kinematics is None and system.n_u != system.n_q:
+        raise InvalidInput(
+            f"n_u must equal n_q (q' = u), or kinematics= give q' = B u; got n_u = {system.n_u}, n_q = {system.n_q}"
+        )
+    if system.kinematics is None and system.velocities:
+        raise InvalidInput("velocities= names those of q' = B u; give kinematics= too, or leave it out")
 
 
 def _check_parameters(system: System) -> None:

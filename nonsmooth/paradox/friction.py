@@ -15,7 +15,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.model_system import as_planar
 from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System
 from nonsmooth.scenes.given import as_model
 
@@ -61,7 +61,7 @@ def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float =
     >>> round(ns.critical_friction(rod, rod.state(th=math.pi / 3)[0]), 6)
     1.347151
     """
-    system = as_system(as_model(system))
+    system = as_planar(as_model(system), "critical_friction")
     i = checked_contact(system, contact)
     return _critical_friction(system, as_number("t", t, "s"), as_vector("q", q, system.n_q), i)
 
@@ -96,7 +96,7 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     """
     from scipy.optimize import minimize_scalar
 
-    system = as_system(as_model(system))
+    system = as_planar(as_model(system), "critical_friction")
     i, j = checked_contact(system, contact), system.described.coordinate(coordinate)
     q, t = as_vector("q", q, system.n_q), as_number("t", t, "s")
     low, high = as_vector("between", between, 2)

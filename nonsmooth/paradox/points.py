@@ -21,7 +21,7 @@ from nonsmooth.mechanics.compiled import Model, Shelf, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.laws import LAW_C, LAW_E_F, LAW_E_N
-from nonsmooth.mechanics.model_system import as_system, with_values
+from nonsmooth.mechanics.model_system import as_planar, as_system, with_values
 from nonsmooth.mechanics.start import (
     CoordinateState,
     describing,
@@ -93,7 +93,7 @@ class Points:
         self.fixed = {name: as_number(name, value) for name, value in fixed.items()}
         changes = {name: value for name, value in self.fixed.items() if name not in self.variables}
         self.model = with_values(model, changes)
-        self.system = as_system(self.model)
+        self.system = as_planar(self.model, "a map of states")
         self._natural = self._shelf_of_natural()
         self._is_inspected = False
 
@@ -190,7 +190,7 @@ class Points:
         system = self.system
         n_c = max(1, system.n_c)
         room = kept if n_c == 1 else max(kept, FORCES_KEPT)
-        forces = new(Forces, n=system.n_u, n_c=system.n_c, d=system.d, kept=room)
+        forces = new(Forces, **system.sizes, kept=room)
         if is_redundant:
             decide_redundant(forces, model.is_compiled)
         compiled = self.natural if states is None else None

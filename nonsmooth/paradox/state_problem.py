@@ -174,7 +174,7 @@ class Desk:
 
     def __init__(self, system: System, model: Model) -> None:
         has = model_facts(system)
-        self.model, self.arrays = model, kept_block(has, system.n_u, system.n_c, system.d)
+        self.model, self.arrays = model, kept_block(has, system.sizes)
         self.sys = new_sys(system, model.handle, has)
         if model.is_compiled:
             load_all(ENTRY_POINTS)
@@ -235,15 +235,16 @@ def forces_found(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Foun
     )  # fmt: skip
 
 
-def kept_block(has: int, n: int, n_c: int, d: int) -> Forces:
+def kept_block(has: int, sizes: dict[str, int]) -> Forces:
     """The thread's memory for systems with these functions and sizes; making it anew takes longer than the search.
 
     What a function of the system writes is written in every search; what no function writes stays zero.
     """
     blocks = _memory.__dict__.setdefault("blocks", {})
-    if (has, n, n_c, d) not in blocks:
-        blocks[has, n, n_c, d] = new(Forces, n=n, n_c=n_c, d=d)
-    return blocks[has, n, n_c, d]
+    key = has, *sizes.values()
+    if key not in blocks:
+        blocks[key] = new(Forces, **sizes)
+    return blocks[key]
 
 
 def decide_redundant(arrays: Forces, is_compiled: bool) -> None:

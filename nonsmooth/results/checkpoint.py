@@ -50,9 +50,11 @@ EVENT_ROW = np.dtype([(column.name, "<f8") for column in EVENT])
 
 
 class Shape(NamedTuple):
-    """What a record holds: coordinates, contacts, directions of friction, whether the forces, and what is recorded."""
+    """What a record holds: coordinates, velocities, contacts, directions of friction, whether it holds the forces, and
+    what is recorded."""
 
-    n: int
+    n_q: int
+    n_u: int
     n_c: int
     d: int
     has_forces: bool
@@ -69,7 +71,7 @@ class Layout(NamedTuple):
 
 def layout_of(shape: Shape) -> Layout:
     """That of a run of a `System`."""
-    sizes = {"n_q": shape.n, "n_u": shape.n, "n_c": shape.n_c, "d": shape.d}
+    sizes = {"n_q": shape.n_q, "n_u": shape.n_u, "n_c": shape.n_c, "d": shape.d}
     columns = tuple(column for column in columns_along(SYSTEM, "n_t", shape.recorded)
                     if shape.has_forces or column.name != "la")  # fmt: skip
     works = [("ledger", "<f8", (N_LEDGER,))] if LEDGER in shape.recorded else []
@@ -242,7 +244,7 @@ def load_checkpoint(
     arrays = rows_of(path, about, layout_of(shape).rows, is_verified)
     rows, status_and_message = arrays["records"], end_of(about)
     said = about["said"]
-    system = system_of(said["model"], shape.n, shape.n_c)
+    system = system_of(said["model"], shape.n_q, shape.n_c)
     kept: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
     columns = {name: kept.get(name) for name in PER_RECORD}
     record = types.SimpleNamespace(**kept)
@@ -250,7 +252,11 @@ def load_checkpoint(
     theta, find_motion = said["theta"], None
     has_jumps = events is not None and len(arrays["events"]) <= MAX_EVENTS  # of which a motion must know all
     if theta is not None and events is not None and has_jumps and {"q", "u", "mode"} <= kept.keys():
-        find_motion = functools.partial(of_records, theta, kept["t"], kept["q"], kept["u"], kept["mode"], events)
+        is_straight, (t, q, u, mode) = (
+            bool(said["names"]["velocities"]),
+            (kept[name] for name in ("t", "q", "u", "mode")),
+        )
+        find_motion = functools.partial(of_records, theta, is_straight, t, q, u, mode, events)
     solution = Solution(
         **columns, event_rows=events,  # type: ignore[arg-type]
         find_ledger=finder_of_ledger(system, record, shape.recorded),  # type: ignore[arg-type]

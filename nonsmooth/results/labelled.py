@@ -94,6 +94,10 @@ def ledger_of(solution: Solution | SceneSolution) -> dict[str, Variable]:
     }
 
 
+# of velocities that have the names of coordinates
+COORDINATE_OF_RATE = "coordinate whose rate it is"
+
+
 def system_dataset(solution: Solution) -> xarray.Dataset:
     """A run of a `System` as an ``xarray.Dataset``."""
     xarray = require_data("xarray")
@@ -132,10 +136,11 @@ def names_of_coordinates(solution: Solution) -> dict[str, Any]:
         return found
     names, units = (np.array(column, dtype=object) for column in zip(*solution.described.coordinates, strict=True))
     rates = np.array([unit for _, unit in solution.described.rates], dtype=object)
+    own = np.array([name for name, _ in solution.described.velocities], dtype=object)
     return found | {
         "coordinate": ("coordinate", names),
         "coordinate_units": ("coordinate", units),
-        "velocity": ("velocity", names.copy(), {"long_name": "coordinate whose rate it is"}),
+        "velocity": ("velocity", own) if len(own) else ("velocity", names.copy(), {"long_name": COORDINATE_OF_RATE}),
         "velocity_units": ("velocity", rates),
     }
 

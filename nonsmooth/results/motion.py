@@ -2,7 +2,8 @@
 
     u(t_k + theta h_k) = u_k + sum_j B_kj theta^j,    q = q_k + h_k (theta u_k + sum_j B_kj theta^(j+1)/(j+1))
 
-Within a step the velocities are a polynomial and the coordinates its integral, so that q' = u everywhere.
+Within a step the velocities are a polynomial and the coordinates its integral, so that q' = u everywhere. Where a
+system says q' = B u the coordinates go straight, q = q_k + h_k theta Q_k, from one record to the next.
 Between two steps the velocities may jump: the value at that time is the one after it, or, if asked for, before it.
 Which polynomial an integrator offers: integrators/radau/polynomial.py (EventDriven, Penalty), adaptive/polynomial.py
 (Adaptive), and `between_records` of a step of Moreau–Jean.
@@ -51,6 +52,7 @@ class Motion(Worded):
     t, h : (m,) beginnings and lengths of the steps [s]
     q, u : (m, n) at the beginnings
     B : (m, degree, n) coefficients of the velocities
+    Q : (m, n_q) rates of the coordinates where q' = B u, or None
     start, end : (time [s], q (n,), u (n,))
         The state before an impact at the start, and after one at the end.
     """
@@ -62,6 +64,7 @@ class Motion(Worded):
     B: np.ndarray
     start: tuple[float, np.ndarray, np.ndarray]
     end: tuple[float, np.ndarray, np.ndarray]
+    Q: np.ndarray | None = None
 
     def __call__(self, t: ArrayLike, side: Side = "right") -> StateAt:
         """The state at t [s]; where the velocities jump, the one after (``side="right"``) or before it.
@@ -93,12 +96,12 @@ class Motion(Worded):
         if not len(self.t):
             return np.tile(self.end[1], (len(t), 1)), np.tile(self.end[2], (len(t), 1))
         theta = np.clip((t - self.t[k]) / self.h[k], 0.0, 1.0)[:, None]
-        u, area = np.zeros((len(t), self.q.shape[1])), np.zeros((len(t), self.q.shape[1]))
+        u, area = np.zeros((len(t), self.u.shape[1])), np.zeros((len(t), self.u.shape[1]))
         for j in range(self.B.shape[1], 0, -1):
             u = theta * (self.B[k, j - 1] + u)
             area = self.B[k, j - 1] / (j + 1) + theta * area
-        q = self.q[k] + theta * self.h[k][:, None] * (self.u[k] + theta * area)
-        return q, self.u[k] + u
+        rates = self.u[k] + theta * area if self.Q is None else self.Q[k]
+        return self.q[k] + theta * self.h[k][:, None] * rates, self.u[k] + u
 
     def after(self, earlier: Motion) -> Motion:
         """This motion behind an earlier one."""
@@ -106,37 +109,38 @@ class Motion(Worded):
 
     def last_step(self) -> Motion:
         """The last step alone."""
-        t, h, q, u, B = (column[-1:] for column in self.steps)
-        return Motion(t, h, q, u, B, self.start, self.end)
+        t, h, q, u, B, *Q = (column[-1:] for column in self.steps)
+        return Motion(t, h, q, u, B, self.start, self.end, *Q)
 
     @property
     def steps(self) -> tuple[np.ndarray, ...]:
-        """The columns of the steps: t, h, q, u, B."""
-        return self.t, self.h, self.q, self.u, self.B
+        """The columns of the steps: t, h, q, u, B, and Q where there is one."""
+        return self.t, self.h, self.q, self.u, self.B, *(() if self.Q is None else (self.Q,))
 
 
 def join_motions(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
     """The motion of one block of steps (t, h, q, u, B) after the other, to the largest of their degrees."""
-    t, h, q, u, polynomials = zip(*blocks, strict=True)
+    t, h, q, u, polynomials, *Q = zip(*blocks, strict=True)
     degree = max(B.shape[1] for B in polynomials)
     padded = [np.pad(B, ((0, 0), (0, degree - B.shape[1]), (0, 0))) for B in polynomials]
-    t, h, q, u, B = (np.concatenate(column) for column in (t, h, q, u, padded))
-    return Motion(t, h, q, u, B, start, end)
+    t, h, q, u, B, *Q = (np.concatenate(column) for column in (t, h, q, u, padded, *Q))
+    return Motion(t, h, q, u, B, start, end, *Q)
 
 
 def of_records(
-    theta: float, t: np.ndarray, q: np.ndarray, u: np.ndarray, mode: np.ndarray, events: np.ndarray
+    theta: float, is_straight: bool, t: np.ndarray, q: np.ndarray, u: np.ndarray, mode: np.ndarray, events: np.ndarray
 ) -> Motion:
     """The motion between the records of a time stepping, whose events are the rows ``events``: a step in which a
-    contact lands, or sliding had no force, has a jump."""
+    contact lands, or sliding had no force, has a jump. ``is_straight``: q' is not u."""
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
     seizes = np.isin(t[:-1], events[events[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
-    return between_records(t, q, u, lands & ~seizes, seizes, theta)
+    return between_records(t, q, u, lands & ~seizes, seizes, theta, is_straight)
 
 
 def between_records(
-    t: np.ndarray, q: np.ndarray, u: np.ndarray, jumps: np.ndarray, seizes: np.ndarray, theta: float
-) -> Motion:
+    t: np.ndarray, q: np.ndarray, u: np.ndarray, jumps: np.ndarray, seizes: np.ndarray, theta: float,
+    is_straight: bool = False,
+) -> Motion:  # fmt: skip
     """The motion between the records of a time stepping whose every step was recorded.
 
     The velocities of a smooth step are the parabola between u_0 and u_1 whose mean is (q_1 - q_0)/dt: for theta = 1/2 a
@@ -152,21 +156,24 @@ def between_records(
         Which steps have an impact, and which an impact without collision before them.
     theta : float
         Weight of the new velocity in the position.
+    is_straight : bool
+        Whether the coordinates go straight between two records, and velocities are no rates of theirs.
     """
-    n = q.shape[1]
     split = t[:-1] + (1.0 - theta) * np.diff(t)
     jumps = jumps & (split > t[:-1]) & (split < t[1:])
-    q_split = q[:-1] + (1.0 - theta) * np.diff(t)[:, None] * u[:-1]
+    q_split = q[:-1] + (1.0 - theta) * (np.diff(q, axis=0) if is_straight else np.diff(t)[:, None] * u[:-1])
     where = np.flatnonzero(jumps) + 1  # nodes within the steps go in before their ends
     node_t, node_q = np.insert(t, where, split[jumps]), np.insert(q, where, q_split[jumps], axis=0)
     start_u = u.copy()
-    if theta < 1.0:
+    if theta < 1.0 and not is_straight:
         mean = np.diff(q, axis=0) / np.diff(t)[:, None]
         start_u[:-1][seizes] = ((mean - theta * u[1:]) / (1.0 - theta))[seizes]
     begin_u, end_u = np.insert(start_u, where, u[1:][jumps], axis=0), np.insert(u, where, u[:-1][jumps], axis=0)
     h = np.diff(node_t)
     change = end_u[1:] - begin_u[:-1]
-    mean = np.diff(node_q, axis=0) / h[:, None] - begin_u[:-1]
-    B = np.zeros((len(h), RECORDS_DEGREE, n))
+    Q = np.diff(node_q, axis=0) / h[:, None]
+    mean = 0.5 * change if is_straight else Q - begin_u[:-1]
+    B = np.zeros((len(h), RECORDS_DEGREE, u.shape[1]))
     B[:, 0], B[:, 1] = 6.0 * mean - 2.0 * change, 3.0 * change - 6.0 * mean
-    return Motion(node_t[:-1], h, node_q[:-1], begin_u[:-1], B, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
+    ends = (t[0], q[0], u[0]), (t[-1], q[-1], u[-1])
+    return Motion(node_t[:-1], h, node_q[:-1], begin_u[:-1], B, *ends, Q if is_straight else None)

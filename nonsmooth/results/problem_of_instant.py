@@ -45,7 +45,7 @@ def problem_of_instant(
     closed = touching(system, t, q, state.mode, length)
     if not len(closed):
         return None
-    scratch = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+    scratch = new(Scratch, **system.sizes)
     work = scratch.work
     work.closed[: len(closed)] = closed
     status, r = set_up(t, q, u, len(closed), scratch.rates, work)

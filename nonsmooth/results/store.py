@@ -142,14 +142,17 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
         **columns, **events, find_ledger=find_ledger,
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
         names=of_names(about["names"]), named_model=about["model"], theta=about["theta"],
-        find_motion=_find_motion(about["theta"], arrays),
+        find_motion=_find_motion(about["theta"], bool(about["names"]["velocities"]), arrays),
     )  # fmt: skip
 
 
-def _find_motion(theta: float | None, arrays: Mapping[str, np.ndarray]) -> Callable[[], Motion] | None:
+def _find_motion(
+    theta: float | None, is_straight: bool, arrays: Mapping[str, np.ndarray]
+) -> Callable[[], Motion] | None:
     """What finds the motion between the records, where the file tells it."""
     if theta is not None:
-        return functools.partial(of_records, theta, *(arrays[name] for name in ("t", "q", "u", "mode", "event_rows")))
+        names = ("t", "q", "u", "mode", "event_rows")
+        return functools.partial(of_records, theta, is_straight, *(arrays[name] for name in names))
     return functools.partial(_motion, arrays) if MOTION + "t" in arrays else None
 
 

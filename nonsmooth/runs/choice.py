@@ -7,7 +7,8 @@ The rules, in this order:
 3. up to 100 unilateral contacts without friction: Adaptive, whose every contact problem has one solution, found in a
    few pivots from the one before;
 4. else, if a tolerance is asked for: Adaptive;
-5. else MoreauJean, with the model's own ``dt``, where it has one, else a ten-thousandth of the span.
+5. else, and for q' = B u and friction in two directions, MoreauJean, with the model's own ``dt``, where it has one,
+   else a ten-thousandth of the span.
 
 Where EventDriven meets more contacts at once than it can enumerate, or events without time between them, the whole run
 is taken again by Adaptive with its tolerances, or, of more than 12 contacts and where no tolerance is asked for, by
@@ -35,6 +36,7 @@ from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
+from nonsmooth.mechanics.model_system import require_planar
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.start import own_time
 from nonsmooth.mechanics.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
@@ -88,6 +90,13 @@ class Auto(Choice):
         t_0, _ = as_span(t_span)
         n_c, n_friction = system.n_c, int(system.kinds[:, 1].astype(bool).sum())
         fine = LOCATED_EVENTS_RTOL if self.rtol is None else self.rtol
+        stepper = stepper_of(model, t_span)
+        whose = f"a part in {STEPS_OF_SPAN} of the span" if own_time(model, "dt") is None else "the model's own"
+        if system.is_spatial:
+            if self.rtol is not None:
+                require_planar(system, "Auto(rtol=...)")
+            step_of_none = MoreauJean(1.0)  # of a span without length no step is taken
+            return stepper or step_of_none, f"it takes motion and friction in space; dt is {whose}"
         if n_c == 0:
             return EventDriven(
                 fine, fine / PER_ATOL
@@ -111,11 +120,8 @@ class Auto(Choice):
         many = f"{contacts}, {n_friction} with friction, have too many combinations of modes"
         if self.rtol is not None:
             return Adaptive(fine, fine / PER_ATOL), f"{many}; it keeps the tolerance asked for"
-        stepper = stepper_of(model, t_span)
         if stepper is None:
             return located, "the span has no length"
-        own = own_time(model, "dt")
-        whose = "the model's own" if own is not None else f"a part in {STEPS_OF_SPAN} of the span"
         return stepper, f"{many}; dt is {whose}"
 
     def instead(

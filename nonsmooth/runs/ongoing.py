@@ -165,10 +165,11 @@ class Ongoing:
         raise NotImplementedError
 
 
-def motion_between(integrator: Integrator, record: Columns, events: np.ndarray) -> Motion:
+def motion_between(system: System, integrator: Integrator, record: Columns, events: np.ndarray) -> Motion:
     """The motion between the records of a fixed step."""
     assert isinstance(integrator, FixedStep)
-    return of_records(integrator.theta, record.t, record.q, record.u, record.mode, events)
+    is_straight = system.kinematics is not None
+    return of_records(integrator.theta, is_straight, record.t, record.q, record.u, record.mode, events)
 
 
 def skip(skips: Skips, kept: tuple[str, ...]) -> None:

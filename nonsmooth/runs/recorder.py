@@ -48,8 +48,7 @@ class Recorder:
     def window(self, run: Ongoing) -> int:
         """How many record times the run is given at once."""
         if not run.integrator.chooses_steps:
-            sizes = run.system.n_u, run.system.n_c, run.system.d
-            needed = bytes_of_record(*sizes, left_out(run.kept)) * float(run.table.count)
+            needed = bytes_of_record(**run.system.sizes, left_out=left_out(run.kept)) * float(run.table.count)
             count = run.table.count
             require_memory(needed, f"{count} records", "take a larger every or dt")
         return run.table.count
@@ -60,8 +59,7 @@ class Recorder:
         rows = ROW_CAPACITY if run.schedule.every > 0 else len(run.schedule.t)
         steps = 0 if not integrator.chooses_steps else integrator.pieces * STEPS_PER_VISIT if keeps_steps else 1
         lengths = {"forces": rows if integrator.has_forces else 0, "steps": steps, **no_rows(left_out(run.kept))}
-        record = run.workspace.record_of(m=rows, n=system.n_u, n_c=system.n_c, d=system.d, degree=integrator.degree,
-                                         **lengths)  # fmt: skip
+        record = run.workspace.record_of(m=rows, **system.sizes, degree=integrator.degree, **lengths)  # fmt: skip
         record.steps.is_kept = keeps_steps and integrator.chooses_steps
         return record
 

@@ -259,7 +259,8 @@ class Run(Ongoing):
     def motion_of(self, record: Columns, events: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, or interpolates the records, if each step is one."""
         if isinstance(self.integrator, FixedStep):
-            return motion_of_records(self.integrator, self.schedule, record, events, self.recorder.recorded)
+            task = self.system, self.integrator, self.schedule
+            return motion_of_records(*task, record, events, self.recorder.recorded)
         if not self.recorder.has_all_steps(self) or not set(KINDS_OF_MOTION) <= set(self.recorder.recorded):
             return None
         t, q, u = record.t, record.q, record.u
@@ -359,12 +360,13 @@ class Run(Ongoing):
 
 
 def motion_of_records(
-    integrator: Integrator, schedule: Schedule, record: Columns, events: np.ndarray, recorded: tuple[str, ...]
-) -> Callable[[], Motion] | None:
+    system: System, integrator: Integrator, schedule: Schedule, record: Columns, events: np.ndarray,
+    recorded: tuple[str, ...],
+) -> Callable[[], Motion] | None:  # fmt: skip
     """What interpolates the records of a fixed step, if each step is one and has what it takes."""
     if (schedule.steps > 1).any() or not set(KINDS_BETWEEN) <= set(recorded):
         return None
-    return functools.partial(motion_between, integrator, record, events)
+    return functools.partial(motion_between, system, integrator, record, events)
 
 
 def rest_of_words(
@@ -375,7 +377,7 @@ def rest_of_words(
     block = Record(words)
     record = Columns(*(column[: block.counts.rows] for column in columns_of(block)))
     recorded = about[-1]
-    motion = motion_of_records(integrator, schedule, record, events, recorded)
+    motion = motion_of_records(system, integrator, schedule, record, events, recorded)
     return rest_of_run(system, integrator, record, Stats.of_numbers(*figures, NONE_TOGETHER, *about), motion, recorded)
 
 

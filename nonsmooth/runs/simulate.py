@@ -24,7 +24,7 @@ from nonsmooth.errors import (
 )
 from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.model_system import as_system, require_planar
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import UNILATERAL, System
 from nonsmooth.results.failures import StepFailure
@@ -295,6 +295,8 @@ def simulate(
     q_0, u_0 = the_start(model, q0, u0, state, system)
     choice = as_choice(integrator)
     method, reason = (integrator, None) if choice is None else choice.choose(model, system, t_span, q_0, u_0)
+    if not method.is_spatial:
+        require_planar(system, type(method).__name__)
     task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         recorder = Recorder(recorded, is_watched=bool(functions))

@@ -82,8 +82,7 @@ class StreamingRecorder(Recorder):
     def window(self, run: Ongoing) -> int:
         if run.integrator.chooses_steps:
             return run.table.count
-        sizes = run.system.n_u, run.system.n_c, run.system.d
-        self.size = max(2, WINDOW // bytes_of_record(*sizes, left_out(run.kept)))
+        self.size = max(2, WINDOW // bytes_of_record(**run.system.sizes, left_out=left_out(run.kept)))
         return min(self.size, run.table.count)
 
     def room(self, run: Ongoing, keeps_steps: bool) -> Record:
@@ -93,7 +92,8 @@ class StreamingRecorder(Recorder):
     def begin(self, run: Ongoing) -> None:
         """Take the state that was kept, or keep that of the start."""
         system = run.system
-        layout = layout_of(Shape(system.n_u, system.n_c, system.d, run.integrator.has_forces, self.recorded))
+        sizes = system.n_q, system.n_u, system.n_c, system.d
+        layout = layout_of(Shape(*sizes, run.integrator.has_forces, self.recorded))
         facts = self.facts(run.model.is_compiled)
         self.store = Checkpoint(self.place.path, facts, layout, self.place.may_begin, self.place.may_resume)
         self.store.said = self._said(run)

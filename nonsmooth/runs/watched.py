@@ -46,7 +46,7 @@ class WatchedRecords:
         status = run.block(max_steps)
         rows = slice(first, int(run.record.counts.rows))
         record = Columns(*(column[rows] for column in columns_of(run.record)))
-        motion = motion_between(run.integrator, record, run.state.events[: run.state.counters.n_events])
+        motion = motion_between(run.system, run.integrator, record, run.state.events[: run.state.counters.n_events])
         stop = self.events.scan(motion, has_ended=status == Status.FINISHED)
         if stop is None:
             return status

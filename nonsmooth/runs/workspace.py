@@ -35,7 +35,7 @@ class Workspace:
         self.model = model
         self.sys = new_sys(system, model.handle, model_facts(system))
         capacity = EVENT_CAPACITY + integrator.events_at_once * system.n_c
-        self.state = new(State, n=system.n_u, n_c=system.n_c, d=system.d, capacity=capacity)
+        self.state = new(State, **system.sizes, capacity=capacity)
         self.memory: Any = integrator.memory(system, selection)
         self.contacts = contacts_by_code(system, model, self.state, self.sys)
         # rows of events, the last of the words of a header, are read as far as they were written

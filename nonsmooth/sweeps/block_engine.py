@@ -43,6 +43,7 @@ from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, RAISED, initial_modes
 from nonsmooth.mechanics.laws import LAW_WIDTH
+from nonsmooth.mechanics.model_system import require_planar
 from nonsmooth.mechanics.sys import Sys, new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.recorded import COORDINATES, EVENTS, KINDS, MODES
@@ -84,16 +85,16 @@ class Call(Block):
     steps_done: int
 
 
-class Cells(Block):
-    """What N runs start from and leave behind; n = n_u, c = n_c."""
+class Cells(Block, n_q=0):
+    """What N runs start from and leave behind; n = n_u, c = n_c, n_q = 0 where q' = u."""
 
     call: Call
-    work: Work  # of the modes at the start
+    work: Array[Work, "n_q = n_q"]  # of the modes at the start
     p: Array[Floats, "N", "n_p"]  # parameters
     laws: Array[Floats, "N", "n_c", LAW_WIDTH]
-    q_0: Array[Floats, "N", "n"]  # start
+    q_0: Array[Floats, "N", "n_q or n"]  # start
     u_0: Array[Floats, "N", "n"]
-    q: Array[Floats, "N", "n"]  # end
+    q: Array[Floats, "N", "n_q or n"]  # end
     u: Array[Floats, "N", "n"]
     t: Array[Floats, "N"]  # time reached
     status: Array[Ints, "N"]  # Status
@@ -105,11 +106,11 @@ class Cells(Block):
     events: Array[Ints, "N", N_KINDS]  # number of events of each kind
     codes: Array[Ints, "N", "n_codes"]  # modes in the order of their beginning; -1: no more
     n_codes: Array[Ints, "N"]  # how many there were
-    low: Array[Floats, "N", "n"]  # least coordinates over the records of the window
-    high: Array[Floats, "N", "n"]  # largest
-    change: Array[Floats, "N", "n"]  # part of that range by which a half of the window has a smaller one
-    period: Array[Floats, "N", "n"]  # mean time between upward crossings of the middle; NaN: fewer than two
-    period_change: Array[Floats, "N", "n"]  # part of it by which those of the earlier crossings and the later differ
+    low: Array[Floats, "N", "n_q or n"]  # least coordinates over the records of the window
+    high: Array[Floats, "N", "n_q or n"]  # largest
+    change: Array[Floats, "N", "n_q or n"]  # part of that range by which a half of the window has a smaller one
+    period: Array[Floats, "N", "n_q or n"]  # mean time between upward crossings of the middle; NaN: fewer than two
+    period_change: Array[Floats, "N", "n_q or n"]  # part of it by which the earlier and the later differ
 
 
 @kernel(
@@ -146,7 +147,7 @@ def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at
                 call.is_stuck = 1
                 return
             if status == Status.RUNNING and call.first_look > 0.0:
-                status = judge(i, sys.n, schedule, state, record, cells)
+                status = judge(i, sys.n_q, schedule, state, record, cells)
             if status == Status.RUNNING and schedule.every > 0 and record.counts.rows + 2 > record.t.shape[0]:
                 if call.window >= 0.0:
                     call.is_full = 1
@@ -154,9 +155,9 @@ def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at
                 record.counts.rows = 0
             if status == Status.RUNNING and state.counters.steps == before:
                 call.steps_done += 1  # events alone
-        store(i, sys.n, sys.n_c, status, state, cells)
+        store(i, sys.n_c, status, state, cells)
         if call.window >= 0.0 and status == Status.FINISHED:
-            reduce_motion(i, sys.n, call.window, record, cells)
+            reduce_motion(i, sys.n_q, call.window, record, cells)
         call.is_begun, call.cell = 0, i + 1
         call.steps_done += 1
 
@@ -164,8 +165,10 @@ def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at
 @kernel
 def set_start(i, t, sys, state, record, cells):
     """The header at the start of cell i; returns a Status."""
+    for j in range(sys.n_q):
+        state.q[j] = cells.q_0[i, j]
     for j in range(sys.n):
-        state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
+        state.u[j] = cells.u_0[i, j]
     state.now = t
     record.counts.rows, record.counts.next, record.steps.n_steps = 0, 0, 0
     cells.start[i] = ADMISSIBLE
@@ -231,11 +234,13 @@ def note_events(i, state, cells):
 
 
 @kernel
-def store(i, n, n_c, status, state, cells):
+def store(i, n_c, status, state, cells):
     """Write down where the run of cell i ended."""
     cells.status[i], cells.t[i] = status, state.now
-    for j in range(n):
-        cells.q[i, j], cells.u[i, j] = state.q[j], state.u[j]
+    for j in range(state.u.shape[0]):
+        cells.u[i, j] = state.u[j]
+    for j in range(state.q.shape[0]):
+        cells.q[i, j] = state.q[j]
         cells.low[i, j] = cells.high[i, j] = cells.change[i, j] = np.nan
         cells.period[i, j] = cells.period_change[i, j] = np.nan
     for k in range(n_c):
@@ -402,6 +407,8 @@ class BlockEngine:
         self, system: System, integrator: Integrator, table: Timetable, selection: int, window: float,
         has_sequence: bool, has_events: bool = True, until: Settling | None = None,
     ) -> None:  # fmt: skip
+        if not integrator.is_spatial:
+            require_planar(system, type(integrator).__name__)
         self.system, self.integrator, self.table, self.window = system, integrator, table, window
         self.model: Model = model_of(system)
         self.selection, self.until = selection, until
@@ -409,8 +416,7 @@ class BlockEngine:
         if isinstance(integrator, FixedStep):  # what the numbers of a cell are not found from is not computed
             self.kept = (COORDINATES, MODES, *((EVENTS,) if has_events else ()))
         rows = ROW_CAPACITY if table.every > 0 else table.count
-        self.sizes = {"m": rows, "n": system.n_u, "n_c": system.n_c, "d": system.d,
-                      "steps": int(integrator.chooses_steps), "degree": integrator.degree,
+        self.sizes = {"m": rows, **system.sizes, "steps": int(integrator.chooses_steps), "degree": integrator.degree,
                       **no_rows(left_out(self.kept))}  # fmt: skip
         needed = WORD * count_words(Record, **self.sizes)
         require_memory(needed, f"the {rows} records of a run", "record less (every=), or stop earlier")
@@ -428,7 +434,7 @@ class BlockEngine:
     def new_cells(self, N: int) -> Cells:
         """Room for N cells."""
         system = self.system
-        return new(Cells, N=N, n_p=len(system.p), n=system.n_u, n_c=system.n_c, d=system.d, n_codes=self.n_codes)
+        return new(Cells, N=N, n_p=len(system.p), **system.sizes, n_codes=self.n_codes)
 
     def loop_of_system(self, sys: Sys, state: State, memory: Any, N: int) -> Specialised | None:
         """The loop compiled for the system alone, where the steps of all cells until now, and of N more, pay for it."""
@@ -472,9 +478,8 @@ class BlockRun:
         system, sizes = engine.system, engine.sizes
         self.sys = new_sys(system, engine.model.handle, model_facts(system))
         self.schedule = schedule_of(engine)
-        header = {name: sizes[name] for name in ("n", "n_c", "d")}
         capacity = BLOCK_EVENT_CAPACITY + self.integrator.events_at_once * system.n_c
-        state = new(State, **header, capacity=capacity)
+        state = new(State, **system.sizes, capacity=capacity)
         skip(state.skips, engine.kept)
         self.state, self.state_words = renewable(state)
         self.memory, self.memory_words = renewable(self.integrator.memory(system, engine.selection))

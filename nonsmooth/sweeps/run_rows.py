@@ -87,7 +87,7 @@ class RowBuilder:
         good = cells if isinstance(self.model, System) else self._rules.accepted(parts.fields, cells, fail)
         make = self._direct_rows if self.is_direct(parts.fields) else self._built_rows
         for system, these, p, laws in make(parts.fields, good, fail) if len(good) else ():
-            q, u, keep = self._starts(parts, these, system.n_q, fail)
+            q, u, keep = self._starts(parts, these, (system.n_q, system.n_u), fail)
             if keep.any():
                 yield Rows(system, these[keep], p[keep], laws[keep], q, u)
 
@@ -119,7 +119,7 @@ class RowBuilder:
         return True
 
     def _starts(
-        self, parts: Parts, cells: np.ndarray, n: int, fail: Failures
+        self, parts: Parts, cells: np.ndarray, sizes: tuple[int, int], fail: Failures
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """q_0 and u_0 of the cells that have a start, and which these are."""
         while True:
@@ -129,7 +129,7 @@ class RowBuilder:
             starts = [self._start(row, known) for row in rows]
             if self._reads & parts.fields.keys() == known:
                 break
-        table = np.full((len(starts), 2 * n), np.nan)
+        n, table = sizes[0], np.full((len(starts), sum(sizes)), np.nan)
         for k, start in enumerate(starts):
             if isinstance(start, Exception):
                 fail(cells[place == k], start)

@@ -33,7 +33,16 @@ from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of
 from nonsmooth.sweeps.block_engine import ASKS_AMPLITUDE, ASKS_PERIOD, BlockEngine, Settling
 from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE, Measure, doubt_of, measure_named, settled
 from nonsmooth.sweeps.run_rows import RowBuilder, Rows, combinations
-from nonsmooth.sweeps.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
+from nonsmooth.sweeps.task import (
+    OF_VELOCITY,
+    Batch,
+    CellStatus,
+    Variable,
+    as_values,
+    identity_of_model,
+    name_of,
+    words_of,
+)
 
 ONE_RECORD = 2**62  # derived: steps between two records: only the start and the end are kept
 SETTLED = Variable(meaning="whether amplitude and period agree within the window: 1 or 0")
@@ -162,6 +171,8 @@ class RunTask:
     def variables(self) -> dict[str, Variable]:
         """The results that are known by name."""
         known = {name: variable for measure in self.measures.values() for name, variable in measure.variables.items()}
+        if self.system.kinematics is not None and "u" in known:
+            known["u"] = Variable(("velocity",), OF_VELOCITY, known["u"].meaning)
         return known | ({"settled": SETTLED} if self._may_settle else {})
 
     @property
@@ -170,9 +181,11 @@ class RunTask:
 
     @property
     def coordinates(self) -> dict[str, list[str]]:
-        """Names and units of the coordinates."""
-        named = self.system.described.coordinates
-        return {"coordinate": [name for name, _ in named], "coordinate_unit": [unit for _, unit in named]}
+        """Names and units of the coordinates, and of velocities that are not their rates."""
+        described = self.system.described
+        named = {"coordinate": described.coordinates, "velocity": described.velocities}
+        names = {kind: [name for name, _ in pairs] for kind, pairs in named.items()}
+        return names | {f"{kind}_unit": [unit for _, unit in pairs] for kind, pairs in named.items()}
 
     @property
     def about(self) -> dict[str, str]:

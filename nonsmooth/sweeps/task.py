@@ -90,7 +90,8 @@ class Batch:
         put(self.values, name, cells, values, len(self.status))
 
 
-OF_COORDINATE = "[q]"  # stands in a unit for that of each coordinate
+# stand in a unit for that of each coordinate, or velocity
+OF_COORDINATE, OF_VELOCITY = "[q]", "[u]"
 
 
 @dataclass(frozen=True)

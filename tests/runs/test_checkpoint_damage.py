@@ -43,7 +43,7 @@ def refusals(path):
         yield str(refusal.value)
 
 
-ROWS = store.layout_of(store.Shape(1, 1, 0, False)).rows
+ROWS = store.layout_of(store.Shape(1, 1, 1, 0, False)).rows
 
 
 @pytest.mark.parametrize(("name", "row"), [(f"{name}.npy", row) for name, row in ROWS.items()])
@@ -107,7 +107,7 @@ def test_rows_that_a_power_failure_took_are_not_shown_and_computed_again(small, 
     rows = len(ns.Solution.load(path).t)
     assert rows > kept + 5
     content = bytearray((path / "records.npy").read_bytes())
-    row = store.layout_of(store.Shape(1, 1, 0, False)).rows["records"]
+    row = store.layout_of(store.Shape(1, 1, 1, 0, False)).rows["records"]
     start = rows_at(row) + (rows - 3) * row.itemsize
     content[start:] = bytes(len(content) - start)
     (path / "records.npy").write_bytes(content)

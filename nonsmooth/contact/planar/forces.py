@@ -42,10 +42,10 @@ FORCES_KEPT = 256  # derived: solutions kept of one island: eight sliding contac
 MOST_COUNTED = 1 << 52  # derived: solutions of all islands that are counted
 
 
-class Forces(Block, most=MAX_CONTACTS, kept=FORCES_KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
+class Forces(Block, most=MAX_CONTACTS, kept=FORCES_KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))", n_q=0):
     """Arrays of the search for forces. c = contacts, r = rows."""
 
-    work: Work
+    work: Array[Work, "n_q = n_q"]
     rates: Array[Floats, 4, "r"]
     situation: Array[Ints, "c"]  # of every contact
     gamma: Array[Floats, "c", 2]  # gamma_N, gamma_F of every contact
@@ -124,9 +124,10 @@ def list_closed(sys, t, q, u, forces):
     """Fill work.closed and the situation of every contact; their number, -1 if inadmissible, -2 if not finite."""
     work, kinds, situation, gamma = forces.work, sys.kinds, forces.situation, forces.gamma
     n_c, length, speed = kinds.shape[0], 0.0, 0.0
-    for j in range(u.shape[0]):
+    for j in range(q.shape[0]):
         work.q_mid[j] = q[j]
         length = max(length, abs(q[j]))
+    for j in range(u.shape[0]):
         speed = max(speed, abs(u[j]))
     if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, q, u, work.g_N):
         return -2

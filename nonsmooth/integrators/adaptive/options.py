@@ -108,12 +108,13 @@ class Adaptive(Integrator):
 
     def memory(self, system: System, selection: int) -> Extrapolation:
         """The arrays of a run, with the tolerances."""
-        arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d, n_p=len(system.p))
+        arrays = new(Extrapolation, **system.sizes, n_p=len(system.p))
         contacts = arrays.contacts
         contacts.facts.selection = selection
         contacts.numbers.atol, contacts.numbers.rtol = self.atol, BAND * self.rtol
         arrays.system.kinds[:] = system.kinds
-        arrays.system.has, arrays.system.n, arrays.system.n_c = model_facts(system), system.n_u, system.n_c
+        own = arrays.system
+        own.has, own.n, own.n_q, own.n_c = model_facts(system), system.n_u, system.n_q, system.n_c
         arrays.step.planar.can_decide_redundant = int(system.n_c > 1)
         arrays.step.planar.has_newton = needs_newton(system)
         arrays.clock.rtol, arrays.clock.atol = self.rtol, self.atol

@@ -85,7 +85,7 @@ class EventDriven(LocatesEvents):
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays of a run, with the tolerances."""
-        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        arrays = new(Scratch, **system.sizes)
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
         facts.selection, facts.follows_margin = selection, 1

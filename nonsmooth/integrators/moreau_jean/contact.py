@@ -43,12 +43,12 @@ class Options(Block):
     damping: float  # [N s/m]
 
 
-class Scratch(Block, r="max(1, n_c * (1 + d))"):
+class Scratch(Block, r="max(1, n_c * (1 + d))", n_q=0):
     """Arrays of one step."""
 
     options: Options
-    work: Work
-    there: Work  # the acceleration-level problem at the state before the step
+    work: Array[Work, "n_q = n_q"]
+    there: Array[Work, "n_q = n_q"]  # the acceleration-level problem at the state before the step
     planar: Array[Planar, "n = n_c"]
     rates: Array[Floats, 4, "r"]
     is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant

@@ -78,6 +78,7 @@ class MoreauJean(FixedStep):
     compliance: Compliance | None = None
     contacts: ContactSolver = field(default_factory=ContactSolver, repr=False)
     specialise: bool | str = field(default="auto", repr=False)
+    is_spatial: ClassVar[bool] = True
     inlined: ClassVar[tuple[Kernel, ...]] = (solve,)
     constants: ClassVar[tuple[type, ...]] = (Options,)
 
@@ -111,7 +112,7 @@ class MoreauJean(FixedStep):
         """The arrays that a step works in, with its options."""
         if self.contacts != ContactSolver():
             raise InvalidInput("contacts= of MoreauJean is for scenes of bodies; leave it out for a System")
-        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        arrays = new(Scratch, **system.sizes)
         options = arrays.options
         options.theta, options.selection, options.projection = self.theta, selection, self.projection
         if self.compliance is not None:
@@ -145,10 +146,11 @@ class MoreauJean(FixedStep):
 
     def suspects(self, schedule: Schedule, state: State, memory: Scratch) -> list[Suspect]:
         """Beginning, mid-point and end of the step."""
-        t, q, u = float(state.now), state.q, state.u
+        t, q, u, B = float(state.now), state.q, state.u, memory.work.B
+        rate = B @ u if B.size else u
         interval = min(int(state.counters.interval), len(schedule.dt) - 1)
         dt = float(schedule.dt[interval]) if interval >= 0 else 0.0
-        return [Suspect(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
+        return [Suspect(t + part * dt, q + part * dt * rate, u) for part in (0.0, 0.5, 1.0)]
 
     def step_problem(self, system: System, selection: int) -> Scratch:
         """A fresh block that will hold the contact problem of the next step, and of no other."""

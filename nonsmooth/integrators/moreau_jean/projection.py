@@ -13,6 +13,7 @@ from nonsmooth.integrators.records import PROJECTION_WORK, State
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.contact_problem import Work
+from nonsmooth.mechanics.kinematics import move
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -48,8 +49,9 @@ def project(sys_at, t, n_k, state_at, work_at):
         if takes_part(sys, k, state, work):
             for i in range(n):
                 shift = work.X[work.start[k], i] * work.c[work.start[k]]
-                state.q[i] += shift
+                work.rhs[i] = shift
                 state.ledger[PROJECTION_WORK] += work.h[i] * shift
+            move(sys, state.q, 1.0, work.rhs, work, state.q)
     return True
 
 

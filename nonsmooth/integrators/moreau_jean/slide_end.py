@@ -15,6 +15,7 @@ from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
+from nonsmooth.mechanics.kinematics import move
 from nonsmooth.mechanics.system import BILATERAL
 
 
@@ -34,11 +35,11 @@ def had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
     is_lost = False
     for way in range(2):
         ahead = 1.0 - way
+        move(sys, q, ahead * dt, u, work, work.q_end)
         for i in range(n):
-            work.trial[i] = q[i] + ahead * dt * u[i]
             work.rhs[i] = u[i] + ahead * work.du[i]
         status, _ = acceleration_problem_apart(
-            address(sys), t + ahead * dt, work.trial, work.rhs, n_k, scratch.rates, address(there)
+            address(sys), t + ahead * dt, work.q_end, work.rhs, n_k, scratch.rates, address(there)
         )
         if status == Status.RUNNING:
             is_bilateral = sys.kinds[there.closed[0], 0] == BILATERAL

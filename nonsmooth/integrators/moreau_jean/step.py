@@ -35,6 +35,7 @@ from nonsmooth.mechanics.contact_problem import (
     stack_rows,
     straighten_gaps,
 )
+from nonsmooth.mechanics.kinematics import find_end, find_mid_point, has_kinematics, move
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL
@@ -57,8 +58,12 @@ def step(sys_at, t, dt, state_at, scratch_at):
     theta = options.theta
     t_mid = t + 0.5 * dt
     q, u, q_mid = state.q, state.u, work.q_mid
-    for i in range(n):
-        q_mid[i] = q[i] + 0.5 * dt * u[i]
+    if has_kinematics(sys):
+        if not find_mid_point(sys, t, dt, q, u, work):
+            return Status.NOT_FINITE
+    else:
+        for i in range(n):
+            q_mid[i] = q[i] + 0.5 * dt * u[i]
     n_k = 0
     is_rigid = options.stiffness == 0.0
     if n_c > 0:
@@ -108,6 +113,8 @@ def step(sys_at, t, dt, state_at, scratch_at):
             find_end_gaps(sys, n_k, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
+    if has_kinematics(sys) and not end_along(sys, t, dt, theta, state, work):
+        return Status.NOT_FINITE
     accept_step(sys, t, dt, theta, n_k, state, scratch)
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
@@ -129,14 +136,12 @@ def take_mid_point(sys, n_k, u, work):
 @kernel
 def predict_gaps(sys, t, dt, is_rigid, q, u, work):
     """work.g_N at the mid-point, of compliant contacts at the end of the step; False if the gap function raised."""
-    n = sys.n
     if not sys.has & (1 << GAP):
         return True
     if is_rigid:
         return evaluate(sys, GAP, t + 0.5 * dt, work.q_mid, u, work.g_N)
-    for i in range(n):
-        work.trial[i] = q[i] + dt * u[i]
-    return evaluate(sys, GAP, t + dt, work.trial, u, work.g_N)
+    move(sys, q, dt, u, work, work.q_end)
+    return evaluate(sys, GAP, t + dt, work.q_end, u, work.g_N)
 
 
 @rare_kernel
@@ -179,6 +184,15 @@ def all_finite(n, n_c, work):
     for i in range(n_c):
         total += 0.0 * g_N[i]
     return total == 0.0
+
+
+@rare_kernel
+def end_along(sys, t, dt, theta, state, work):
+    """The coordinates after the step, along B at the mid-point; False if the kinematics raised or are not finite."""
+    u, u_1, ubar = state.u, work.u_1, work.rhs
+    for i in range(sys.n):
+        ubar[i] = (1.0 - theta) * u[i] + theta * u_1[i]
+    return find_end(sys, t, dt, ubar, state.q, work)
 
 
 @kernel
@@ -224,8 +238,14 @@ def accept_step(sys, t, dt, theta, n_k, state, scratch):
                 state.P_sum[i, m] += state.P[i, m]
         k += 1
     q, u, u_1 = state.q, state.u, work.u_1
-    for i in range(n):
-        q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])
-        u[i] = u_1[i]
+    if has_kinematics(sys):
+        for i in range(sys.n_q):
+            q[i] = work.q_end[i]
+        for i in range(n):
+            u[i] = u_1[i]
+    else:
+        for i in range(n):
+            q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])
+            u[i] = u_1[i]
     state.counters.step += 1
     state.counters.steps += 1

@@ -123,7 +123,7 @@ class Penalty(LocatesEvents):
         """The arrays of a run, with the laws and tolerances."""
         if isinstance(self.friction, TangentialSpring):
             raise InvalidInput("a System sticks without a spring; leave out friction=TangentialSpring(...)")
-        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        arrays = new(Scratch, **system.sizes)
         facts, numbers = arrays.contacts.facts, arrays.contacts.numbers
         is_regularised = isinstance(self.friction, Regularised)
         facts.law, facts.is_regularised = LAWS[self.law], is_regularised
