@@ -11,6 +11,7 @@ moving surfaces). A position projection changes no velocity; its column holds th
 from __future__ import annotations
 
 import functools
+import math
 from typing import Annotated as Array
 from typing import NamedTuple
 
@@ -224,8 +225,11 @@ def describe_closed(sys, k, solutions, state, work):
     a, b = work.start[k], work.start[k + 1] - 1
     if sys.kinds[i, 0] != GIVEN_FORCE:
         event.P_N, event.gamma_N = work.P[a], work.gamma_0[a]
-    if sys.kinds[i, 1] > 0:
+    if sys.kinds[i, 1] == 1:
         event.P_F, event.gamma_F = work.P[b], work.gamma_0[b]
+    elif sys.kinds[i, 1] == 2:
+        event.P_F = math.sqrt(work.P[b - 1] * work.P[b - 1] + work.P[b] * work.P[b])
+        event.gamma_F = math.sqrt(work.gamma_0[b - 1] * work.gamma_0[b - 1] + work.gamma_0[b] * work.gamma_0[b])
     event.solutions, event.found = solutions, state.counters.found
 
 
@@ -267,6 +271,7 @@ def book_contact_energy(sys, n_k, ubar, ledger, work):
     n, total, gain, size, push = sys.n, 0.0, 0.0, 0.0, 0.0
     for k in range(n_k):
         has_normal = sys.kinds[closed[k], 0] != GIVEN_FORCE
+        driven = 0.0
         for r in range(start[k], start[k + 1]):
             velocity, speed = 0.0, 0.0
             first = 0 if n <= SHORT_ROW else work.first[r]
@@ -282,8 +287,12 @@ def book_contact_energy(sys, n_k, ubar, ledger, work):
             total += P[r] * velocity
             gain += loss
             size += abs(P[r]) * speed
-            if loss > 0.0 and not is_normal and has_normal and rebounds_by_newton(sys, closed[k], start[k], work):
-                push = max(push, loss - abs(P[r] * (work.c[r] - work.gamma_0[r])))
+            if not is_normal:
+                driven += loss
+        if driven > 0.0 and has_normal and rebounds_by_newton(sys, closed[k], start[k], work):
+            for r in range(start[k] + 1, start[k + 1]):
+                driven -= abs(P[r] * (work.c[r] - work.gamma_0[r]))
+            push = max(push, driven)
     return total, gain, size, push
 
 

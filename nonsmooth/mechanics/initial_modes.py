@@ -5,6 +5,8 @@ The same as ``initial_state.examine_state``, which words what is wrong with a st
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.contact_problem import evaluate_rows
 from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation, tolerances_of_state
@@ -36,6 +38,11 @@ def initial_modes(sys, t, state, work):
             gamma_F[i, 1] = work.w_F[i, 0]
             for j in range(n):
                 gamma_F[i, 1] += work.W_F[i, 0, j] * u[j]
+            if sys.kinds[i, 1] == 2:
+                gamma_F[i, 2] = work.w_F[i, 1]
+                for j in range(n):
+                    gamma_F[i, 2] += work.W_F[i, 1, j] * u[j]
+                gamma_F[i, 1] = math.sqrt(gamma_F[i, 1] ** 2 + gamma_F[i, 2] ** 2)
             surface = max(surface, abs(gamma_F[i, 1]))
     near, slow, still = tolerances_of_state(length, speed, surface)
     verdict = ADMISSIBLE
@@ -50,6 +57,6 @@ def initial_modes(sys, t, state, work):
         if find_situation(kind, work.g_N[i], gamma_N, slip, near, slow, still, False) >= Situation.PENETRATING.value:
             verdict = INADMISSIBLE
         state.mode[i] = mode_of_situation(find_situation(kind, work.g_N[i], gamma_N, slip, near, slow, still, True), d)
-        if state.mode[i] == ContactMode.SLIDE:
+        if state.mode[i] == ContactMode.SLIDE and d == 1:
             state.slip[i] = 1 if slip > 0.0 else -1
     return verdict

@@ -131,7 +131,7 @@ def examine_state(
             situation = judge_contact(kind, g_N[i], *at, True)
         mode.append(name_mode(situation, d))
         slides = mode[i] == ContactMode.SLIDE
-        slip.append((1 if gamma_F[i] > 0.0 else -1) if slides else 0)
+        slip.append((1 if gamma_F[i] > 0.0 else -1) if slides and d == 1 else 0)
     message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""
     return InitialState(np.array(mode), np.array(slip), message)
 
@@ -141,7 +141,8 @@ def _largest(values: list[float]) -> float:
 
 
 def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """g_N (n_c,), gamma_N (n_c,) and gamma_F (n_c,) at a state; zero where a contact has no such row."""
+    """g_N (n_c,), gamma_N (n_c,) and gamma_F (n_c,) at a state, of two directions its size; zero where a contact has no
+    such row."""
     of_contacts = OF_CONTACTS & system.functions.keys()
     written = {which: evaluate(system, which, t, q, u).ravel().tolist() for which in of_contacts}
     g_N, gamma_N, gamma_F = map(np.array, _combined(system, u.tolist(), written))
@@ -153,13 +154,17 @@ def _combined(system: System, u: list[float], written: dict[int, list[float]]) -
     n_c, d, n_u = system.n_c, system.d, len(u)
     zero = n_c * [0.0]
 
-    def velocities(which: int, which_given: int, rows: int) -> list[float]:
-        """Of the first of so many rows of each contact, and what is given of it."""
+    def velocities(which: int, which_given: int, rows: int, row: int = 0) -> list[float]:
+        """Of one of so many rows of each contact, and what is given of it."""
         W, w = written.get(which), written.get(which_given)
-        own = zero if W is None else [sum(map(mul, W[k : k + n_u], u)) for k in range(0, len(W), rows * n_u)]
-        return own if w is None else [a + b for a, b in zip(own, w[::rows], strict=True)]
+        own = zero if W is None else [sum(map(mul, W[k : k + n_u], u)) for k in range(row * n_u, len(W), rows * n_u)]
+        return own if w is None else [a + b for a, b in zip(own, w[row::rows], strict=True)]
 
     gamma_F = velocities(TANGENT, SURFACE_VELOCITY, d) if d > 0 else zero
+    if d > 1:
+        others = velocities(TANGENT, SURFACE_VELOCITY, d, 1)
+        directions = system.kinds[:, 1].tolist()
+        gamma_F = [math.hypot(a, b) if m == 2 else a for a, b, m in zip(gamma_F, others, directions, strict=True)]
     return written.get(GAP, zero), velocities(NORMAL, GAP_RATE, 1), gamma_F
 
 

@@ -98,6 +98,10 @@ class Contact:
         equal stiffness, compressed and given back each in its own time, with e_N > 0 at all or at none. By "sequential"
         they are struck one after the other, the fastest approach first, of equal ones the lowest number, each by the
         energetic law.
+    directions : {1, 2}
+        Of friction: 1 in a plane, 2 on a surface in space, where ``tangent`` writes two orthonormal rows and the cone
+        |P_F| <= mu |P_N| is round. Such a system has unilateral contacts, and some with a given normal force; impacts
+        follow Newton's law; `MoreauJean` simulates it.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
     at : callable, optional
@@ -111,6 +115,7 @@ class Contact:
     bilateral: bool = False
     normal_force: bool = False
     impact: str | None = None
+    directions: int = 1
     name: str = ""
     at: Callable[..., Any] | None = field(default=None, compare=False)
 
@@ -124,6 +129,10 @@ class Contact:
             if not isinstance(value, str):  # a name is resolved by the system that has the parameters
                 as_fraction(name, value)
         as_law(self.mu)
+        if not isinstance(self.directions, int) or isinstance(self.directions, bool) or self.directions not in (1, 2):
+            raise InvalidInput(f"directions must be 1 (planar friction) or 2 (spatial); got {shown(self.directions)}")
+        if self.directions == 2 and not self.has_friction:
+            raise InvalidInput("a contact with directions=2 needs friction; give it mu > 0, or leave directions out")
         as_flag("bilateral", self.bilateral)
         as_flag("normal_force", self.normal_force)
         if self.bilateral and self.normal_force:
@@ -181,7 +190,8 @@ class System:
         ``force(t, q, u, p, h)`` writes h (n_u,): all smooth forces.
     gap, normal, tangent : callable, optional
         ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap, with kinematics
-        times B, derived from the gap when left out; ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
+        times B, derived from the gap when left out; ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar
+        friction, 2 where a contact has ``directions=2``.
     surface_velocity, gap_rate : callable, optional
         ``surface_velocity(t, q, p, w_F)`` (n_c, d) and ``gap_rate(t, q, p, w_N)`` (n_c,) [m/s]: gamma_F = W_F u + w_F,
         gamma_N = W_N u + w_N. When left out w_F is zero, and w_N is derived from the gap, the rate at which it changes
@@ -286,7 +296,9 @@ class System:
         if not isinstance(contacts, list | tuple) or not all(isinstance(contact, Contact) for contact in contacts):
             raise InvalidInput(f"contacts must be a list of Contact, one for each gap; got {shown(self.contacts)}")
         set_("contacts", tuple(contacts))
-        set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
+        directions = [contact.directions for contact in self.contacts if contact.has_friction]
+        set_("d", max(directions, default=int(self.tangent is not None)))
+        _check_space(self)
         _check_functions(self)
         for name, names in (("shape", ("q", "p")), ("outline", ("p",))):
             if getattr(self, name) is not None:
@@ -403,7 +415,7 @@ class System:
     @functools.cached_property
     def kinds(self) -> np.ndarray:
         """(n_c, 2) kind of each contact and its number of friction directions."""
-        rows = [(contact.kind, int(contact.has_friction)) for contact in self.contacts]
+        rows = [(contact.kind, contact.directions if contact.has_friction else 0) for contact in self.contacts]
         return np.array(rows, dtype=np.int64).reshape(self.n_c, 2)
 
     def shape_of(self, which: int) -> tuple[int, ...]:
@@ -496,6 +508,17 @@ def _check_velocities(system: System) -> None:
         )
     if system.kinematics is None and system.velocities:
         raise InvalidInput("velocities= names those of q' = B u; give kinematics= too, or leave it out")
+
+
+def _check_space(system: System) -> None:
+    """What stands beside friction in two directions."""
+    for contact in system.contacts if system.d > 1 else ():
+        if contact.bilateral:
+            raise InvalidInput(f"a system with friction in two directions takes no bilateral contact; got {contact}")
+        if contact.law_of_impact != "newton":
+            raise InvalidInput(
+                f"a system with friction in two directions takes Newton's law of impact alone; got {contact}"
+            )
 
 
 def _check_parameters(system: System) -> None:

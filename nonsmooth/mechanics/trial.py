@@ -103,12 +103,27 @@ def _require_all_contacts(system: System, t: float, q: np.ndarray, u: np.ndarray
         has_gap = system.kinds[:, 0] != GIVEN_FORCE
         is_needed = has_gap if which == GAP else (system.kinds[:, 1] > 0) & ~(has_gap & (gaps > 0))
         idle = is_needed & (out.reshape(system.n_c, -1) == GUARD).all(axis=1)
+        _require_both_rows(system, which, is_needed & ~idle, out)
         if idle.any():
             name = system.described.contacts[int(idle.argmax())]
             raise InvalidInput(
                 f"the model function {system.name_of(which)} writes nothing for {name}; the system has "
                 f"{system.n_c} contacts: write its entry, also where it is zero, or list fewer contacts"
             )
+
+
+def _require_both_rows(system: System, which: int, is_written: np.ndarray, out: np.ndarray) -> None:
+    """Raise for a contact with two directions of friction of which ``tangent`` writes one: it would be smooth along the
+    other."""
+    if which != TANGENT or system.d < 2:
+        return
+    half = (out == GUARD).all(axis=2).any(axis=1) & (system.kinds[:, 1] == 2) & is_written
+    if half.any():
+        i = int(half.argmax())
+        raise InvalidInput(
+            f"the model function tangent writes one row for {system.described.contacts[i]}, which has directions=2: "
+            f"write W_F[{i}, 0, :] and W_F[{i}, 1, :]"
+        )
 
 
 def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> None:

@@ -43,9 +43,9 @@ class Event:
     slip_before, slip_after : int
         Signs of sliding.
     P_N, P_F : float
-        Impulses of the step [N s].
+        Impulses of the step [N s]; of friction in two directions its size.
     gamma_N, gamma_F : float
-        Contact velocities before the step [m/s].
+        Contact velocities before the step [m/s]; of two directions the size of gamma_F.
     """
 
     t: float

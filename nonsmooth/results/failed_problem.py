@@ -24,10 +24,11 @@ from nonsmooth.contact.planar.ladder import solve_planar
 from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
+from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.moreau_jean.contact import Scratch, solve
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import load_all
+from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import LAST_CODE, LAW_CODE, LAW_IMPACT, LAW_WIDTH, ImpactLaw
 from nonsmooth.mechanics.sys import Sys
@@ -58,7 +59,8 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FailedProblem(Worded):
-    """The closed contacts of one step. n = contacts, r = rows, per contact N or (N, T), or T where N is given.
+    """The closed contacts of one step. n = contacts, r = rows, per contact N, (N, T) or (N, T1, T2), without N
+    where it is given.
 
     Attributes
     ----------
@@ -113,10 +115,11 @@ class FailedProblem(Worded):
         work.G[:r, :r], work.c[:r], work.gamma_0[:r] = self.G, self.c, self.gamma_0
         work.start[: n + 1], work.closed[:], work.N[:] = self.start, np.arange(n), self.N
         state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
-        planar = scratch.planar
-        planar.can_decide_redundant = planar.has_newton = n > 1
-        many = (solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton, strike, spring_back)
-        load_all((solve, *many) if n > 1 else (solve,))
+        others: tuple[Kernel, ...] = (solve_spatial,) if width > 2 else ()
+        if n > 1 and width < 3:
+            scratch.planar.can_decide_redundant = scratch.planar.has_newton = 1
+            others = solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton, strike, spring_back
+        load_all((solve, *others))
         sys = new(Sys, n_p=0, n_c=n)
         sys.n, sys.n_c, sys.kinds[:], sys.laws[:] = 1, n, self.kinds, self.laws
         status = solve(sys.address, self.selection, self.dt, n, state.address, scratch.address)
@@ -179,7 +182,7 @@ class FailedProblem(Worded):
         kind, directions = self.kinds.T
         rows = directions + (kind != GIVEN_FORCE)
         last = (
-            (kind, GIVEN_FORCE), (directions, 1), (self.laws[:, LAW_CODE], LAST_CODE),
+            (kind, GIVEN_FORCE), (directions, 2), (self.laws[:, LAW_CODE], LAST_CODE),
             (self.laws[:, LAW_IMPACT], max(ImpactLaw)), (self.mode_before, max(ContactMode)),
             (abs(self.slip_before), 1),
         )  # fmt: skip

@@ -32,7 +32,7 @@ def write_fclib_form(problem: FailedProblem, path: Path) -> Path:
 
 
 def fclib_form(problem: FailedProblem) -> ContactProblem:
-    """The problem with rows (N, T) for each unilateral contact.
+    """The problem with rows (N, T), in space (N, T1, T2), for each unilateral contact.
 
     Raises
     ------
@@ -45,13 +45,14 @@ def fclib_form(problem: FailedProblem) -> ContactProblem:
     of_bilateral = np.isin(rows, problem.start[:-1][is_bilateral])
     G, c = without(problem.G, problem.c, of_bilateral)
     kept = problem.kinds[~is_bilateral]
-    places = np.flatnonzero(np.column_stack((np.ones(len(kept), bool), kept[:, 1] > 0)))  # of the rows in the form
-    W, q = np.zeros((2 * len(kept), 2 * len(kept))), np.zeros(2 * len(kept))
+    dim = 3 if kept[:, 1].max() > 1 else 2
+    has_row = np.column_stack([np.ones(len(kept), bool), *(kept[:, 1] >= k for k in range(1, dim))])
+    places, lone = np.flatnonzero(has_row), np.flatnonzero(~has_row)  # of the rows in the form
+    W, q = np.zeros((has_row.size, has_row.size)), np.zeros(has_row.size)
     W[np.ix_(places, places)], q[places] = G, c
-    lone = 2 * np.flatnonzero(kept[:, 1] == 0)
-    W[lone + 1, lone + 1] = W[lone, lone]
+    W[lone, lone] = np.diag(W)[lone - lone % dim]
     mu = np.where(kept[:, 1] > 0, problem.laws[~is_bilateral, LAW_C], 0.0)
-    return ContactProblem(W, q, mu, 2, about=problem.about)
+    return ContactProblem(W, q, mu, dim, about=problem.about)
 
 
 def require_plain_laws(problem: FailedProblem) -> None:

@@ -31,6 +31,7 @@ from nonsmooth.results.recorded import (
     LEDGER,
     not_recorded,
 )
+from nonsmooth.results.sliding import sliding_velocities
 from nonsmooth.results.stats import Stats
 from nonsmooth.results.table import ALWAYS, SYSTEM, columns_along
 from nonsmooth.views import view
@@ -60,7 +61,8 @@ class Solution:
     g_N : (n_t, n_c) gaps [m]
     P_N : (n_t, n_c), P_F : (n_t, n_c, d)
         Impulses since the record before, of the first one since the start [N s].
-    mode : (n_t, n_c) ContactMode, and slip : (n_t, n_c) sign of sliding, of the last step
+    mode : (n_t, n_c) ContactMode, and slip : (n_t, n_c) sign of sliding, of the last step; 0 where friction has two
+        directions: ``gamma_F`` tells them
     event_rows : (n_events, 13)
         The events as numbers; ``events`` and ``paradoxes`` give them as objects.
     ledger : dict of (n_t,) arrays [J]
@@ -225,6 +227,11 @@ class Solution:
     def ledger(self) -> dict[str, np.ndarray]:
         """Energies and works since the start, by name; found when first asked for."""
         return self.find_ledger(slice(None))
+
+    @functools.cached_property
+    def gamma_F(self) -> np.ndarray:
+        """Sliding velocities (n_t, n_c, d) at the records [m/s], also of open contacts; found when first asked for."""
+        return sliding_velocities(self.system, self.t, self.q, self.u)
 
     @property
     def events(self) -> list[Event]:

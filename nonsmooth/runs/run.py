@@ -254,7 +254,7 @@ class Run(Ongoing):
 
     def user_events(self) -> tuple[list[np.ndarray], ...]:
         """Times and states of the user's events."""
-        return self.watch.events.columns(self.system.n_u) if self.watch is not None else ([], [], [])
+        return self.watch.events.columns(self.system.n_q, self.system.n_u) if self.watch is not None else ([], [], [])
 
     def motion_of(self, record: Columns, events: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, or interpolates the records, if each step is one."""

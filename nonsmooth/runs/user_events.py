@@ -139,14 +139,14 @@ class EventWatch:
             return Stop(float(moment), Status.EVENT_FAILED, message, cause=failed.__cause__)
         return None
 
-    def columns(self, n: int) -> tuple[list[np.ndarray], ...]:
-        """Times (k,), and states (k, n), (k, n), of each function's events."""
+    def columns(self, n_q: int, n_u: int) -> tuple[list[np.ndarray], ...]:
+        """Times (k,), and states (k, n_q), (k, n_u), of each function's events."""
 
         def of(j: int, *width: int) -> list[np.ndarray]:
             all_found = (event.found for event in self.events)
             return [np.array([each[j] for each in found]).reshape(len(found), *width) for found in all_found]
 
-        return of(0), of(1, n), of(2, n)
+        return of(0), of(1, n_q), of(2, n_u)
 
 
 def look_at(motion: Motion, n_old: int, places: np.ndarray, has_ended: bool) -> Look:

@@ -172,7 +172,7 @@ class RunTask:
         """The results that are known by name."""
         known = {name: variable for measure in self.measures.values() for name, variable in measure.variables.items()}
         if self.system.kinematics is not None and "u" in known:
-            known["u"] = Variable(("velocity",), OF_VELOCITY, known["u"].meaning)
+            known["u"] = Variable(("rate",), OF_VELOCITY, known["u"].meaning)
         return known | ({"settled": SETTLED} if self._may_settle else {})
 
     @property
@@ -183,7 +183,7 @@ class RunTask:
     def coordinates(self) -> dict[str, list[str]]:
         """Names and units of the coordinates, and of velocities that are not their rates."""
         described = self.system.described
-        named = {"coordinate": described.coordinates, "velocity": described.velocities}
+        named = {"coordinate": described.coordinates, "rate": described.velocities}
         names = {kind: [name for name, _ in pairs] for kind, pairs in named.items()}
         return names | {f"{kind}_unit": [unit for _, unit in pairs] for kind, pairs in named.items()}
 

@@ -167,7 +167,7 @@ def test_a_sweep_runs_in_compiled_blocks():
     assert task.is_block
     found = ns.sweep(task, {"B": [1.5, 2.0]}, progress=False)
     assert found["q"].dims == ("B", "coordinate")
-    assert found["u"].sel(velocity="w_1").values[1] == run(a_top(), 1.0, 0.01)["w_1"][-1]
+    assert found["u"].sel(rate="w_1").values[1] == run(a_top(), 1.0, 0.01)["w_1"][-1]
     assert np.array_equal(found["q"].values[1], run(a_top(), 1.0, 0.01).q[-1])
 
 

@@ -54,12 +54,8 @@ def error_of(mu, rho, P, gamma, dim):
     return math.sqrt(total), math.sqrt(total_1)
 
 
-@kernel(
-    "Tuple((int64, float64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
-    " float64[::1], float64[::1], float64[::1], float64, int64)",
-    takes_arrays=True,
-)
-def sweep_few(rows, c, mu, P, gamma, rho, tol, most):
+@kernel
+def sweep_some(rows, c, mu, P, gamma, rho, tol, most):
     """Sweep from P, ``most`` times at most: (sweeps, error, error with rho = 1); the error is inf where it is given up.
 
     Writes P, gamma (n,) and rho (n_c,).
@@ -81,3 +77,13 @@ def sweep_few(rows, c, mu, P, gamma, rho, tol, most):
             break
         before = change
     return count, math.inf, math.inf
+
+
+@kernel(
+    "Tuple((int64, float64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
+    " float64[::1], float64[::1], float64[::1], float64, int64)",
+    takes_arrays=True,
+)
+def sweep_few(rows, c, mu, P, gamma, rho, tol, most):
+    """`sweep_some` for calls from Python."""
+    return sweep_some(rows, c, mu, P, gamma, rho, tol, most)

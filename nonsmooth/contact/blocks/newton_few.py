@@ -91,13 +91,8 @@ def search(problem, P, x, trial, at, bound):
     return merit
 
 
-@kernel(
-    "Tuple((int64, float64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
-    " float64[::1], float64[::1], float64[::1], Tuple((float64[:, :, :, ::1], float64[:, ::1], float64[:, ::1],"
-    " int64[::1])), float64)",
-    takes_arrays=True,
-)
-def step_few(rows, c, mu, P, gamma, rho, memory, tol):
+@kernel
+def step_some(rows, c, mu, P, gamma, rho, memory, tol):
     """Newton steps from P: (steps, error, error with rho = 1); the error is inf where it is given up.
 
     Writes P, gamma (n,) and rho (n_c,).
@@ -137,3 +132,14 @@ def step_few(rows, c, mu, P, gamma, rho, memory, tol):
         if since == HALVED_WITHIN or not error < math.inf:
             break
     return count, math.inf, math.inf
+
+
+@kernel(
+    "Tuple((int64, float64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
+    " float64[::1], float64[::1], float64[::1], Tuple((float64[:, :, :, ::1], float64[:, ::1], float64[:, ::1],"
+    " int64[::1])), float64)",
+    takes_arrays=True,
+)
+def step_few(rows, c, mu, P, gamma, rho, memory, tol):
+    """`step_some` for calls from Python."""
+    return step_some(rows, c, mu, P, gamma, rho, memory, tol)

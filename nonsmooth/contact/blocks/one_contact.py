@@ -55,17 +55,9 @@ def velocity_of_one(G, c, P, gamma, dim):
     return math.sqrt(total) * peak
 
 
-@kernel(
-    "UniTuple(float64, 2)(float64[:, :, ::1], float64[::1], float64[::1], float64[::1], float64[::1],"
-    " float64[:, :, ::1])",
-    takes_arrays=True,
-)
-def solve_one(G, c, mu, P, gamma, scaled):
-    """Write P and gamma of the contact with block G (1, dim, dim); the errors with rho and with rho = 1.
-
-    ``scaled``, as large as G, is scratch.
-    """
-    dim = c.shape[0]
+@kernel
+def decide_one(G, c, mu, P, gamma, scaled, dim):
+    """Write P and gamma of the contact with block G[0] (dim, dim); the errors with rho and with rho = 1."""
     rho, P_2 = mean_diagonal(G, dim), 0.0
     to_velocity, to_impulse = scale_contact(G, c, rho, dim, scaled)
     b_N, b_1 = c[0] * to_velocity, c[1] * to_velocity
@@ -78,7 +70,23 @@ def solve_one(G, c, mu, P, gamma, scaled):
     P[1] = to_impulse * P_1
     if dim == 3:
         P[2] = to_impulse * P_2
-    norm = velocity_of_one(G, c, P, gamma, dim)
+    return judge_one(G, c, mu, P, gamma, dim)
+
+
+@kernel
+def judge_one(G, c, mu, P, gamma, dim):
+    """Write gamma of the impulse P; its errors with rho and with rho = 1."""
+    rho, norm = mean_diagonal(G, dim), velocity_of_one(G, c, P, gamma, dim)
     weight = 1.0 / norm if norm > 0.0 else 1.0
     F, F_1 = natural_map_of(mu[0], rho, P, gamma, 0, dim), natural_map_of(mu[0], 1.0, P, gamma, 0, dim)
     return math.sqrt(weight * weight * F), math.sqrt(weight * weight * F_1)
+
+
+@kernel(
+    "UniTuple(float64, 2)(float64[:, :, ::1], float64[::1], float64[::1], float64[::1], float64[::1],"
+    " float64[:, :, ::1])",
+    takes_arrays=True,
+)
+def solve_one(G, c, mu, P, gamma, scaled):
+    """`decide_one` for calls from Python; ``scaled``, as large as G, is scratch."""
+    return decide_one(G, c, mu, P, gamma, scaled, c.shape[0])

@@ -66,8 +66,8 @@ def add_compliance(sys, n_k, k, c, dt, work):
             work.G[r, r] += R
             work.c[r] += (work.g_N[i] - dt * gamma_0[r]) / (dt + c / k)
             r += 1
-        if sys.kinds[i, 1] > 0:
-            work.c[r] += sys.laws[i, LAW_E_F] * gamma_0[r]
+        for axis in range(sys.kinds[i, 1]):
+            work.c[r + axis] += sys.laws[i, LAW_E_F] * gamma_0[r + axis]
 
 
 @kernel

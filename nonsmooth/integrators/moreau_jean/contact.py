@@ -20,11 +20,11 @@ from nonsmooth.contact.planar.single import (
     count,
     solve_alone,
 )
+from nonsmooth.contact.spatial.problem import Spatial
+from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import Status
-from nonsmooth.integrators.records import (
-    State,
-)
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.records import State
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.contact_problem import Work, fill_problem, recall_impulses
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
@@ -49,7 +49,8 @@ class Scratch(Block, r="max(1, n_c * (1 + d))", n_q=0):
     options: Options
     work: Array[Work, "n_q = n_q"]
     there: Array[Work, "n_q = n_q"]  # the acceleration-level problem at the state before the step
-    planar: Array[Planar, "n = n_c"]
+    planar: Array[Planar, "n = n_c if d < 2 else 1"]
+    spatial: Array[Spatial, "n = n_c if d > 1 else 0"]
     rates: Array[Floats, 4, "r"]
     is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant
 
@@ -60,6 +61,8 @@ def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
     sys = view(sys_at, Sys)
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work = scratch.work
+    if scratch.spatial.mu.shape[0] > 0:
+        return solve_in_space(sys, selection, dt, n_k, state, scratch)
     for k in range(n_k):
         i = work.closed[k]
         work.normal_impulse[k] = dt * max(0.0, work.N[i])
@@ -104,6 +107,28 @@ def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
         state.counters.shared += 1
     state.counters.solutions = found
     return Status.RUNNING
+
+
+@rare_kernel
+def solve_in_space(sys, selection, dt, n_k, state, scratch):
+    """The same where some contacts have friction in two directions."""
+    work, counters = scratch.work, state.counters
+    for k in range(n_k):
+        i = work.closed[k]
+        work.normal_impulse[k] = dt * max(0.0, work.N[i])
+        for a in range(work.start[k + 1] - sys.kinds[i, 1], work.start[k + 1]):
+            work.offset[a] = (1.0 - sys.laws[i, LAW_E_F]) * work.gamma_0[a]
+    counters.solved += 1
+    fill_problem(sys, n_k, selection, state.mode, state.slip, work)
+    recall_impulses(state.P, work)
+    status, found, error = solve_spatial(address(work), address(scratch.spatial))
+    if status != Status.RUNNING:
+        counters.failed_contact = found if status == Status.NEGATIVE_FRICTION else work.closed[0] if n_k == 1 else -1
+        return status
+    state.worst.residual = max(state.worst.residual, error)
+    counters.uncounted += 1 if found == 0 else 0
+    counters.solutions, counters.found = found, 0
+    return status
 
 
 @kernel

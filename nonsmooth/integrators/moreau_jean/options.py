@@ -22,6 +22,7 @@ from nonsmooth.contact.planar.ladder import exceeds_enumeration, solve_planar
 from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
+from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.contract import Schedule, Suspect
 from nonsmooth.integrators.fixed_step import FixedStep
@@ -117,18 +118,21 @@ class MoreauJean(FixedStep):
         options.theta, options.selection, options.projection = self.theta, selection, self.projection
         if self.compliance is not None:
             options.stiffness, options.damping = self.compliance.stiffness, self.compliance.damping
-        arrays.planar.has_newton = needs_newton(system)
-        arrays.planar.may_wait = 1
+        if system.d < 2:
+            arrays.planar.has_newton = needs_newton(system)
+            arrays.planar.may_wait = 1
         return arrays
 
     def entry_points(self, system: System) -> list[Kernel]:
         """What the loop may reach for this system, itself first."""
         entry_points = [self.loop, step, solve]
-        if system.n_c > 1:
+        if system.d > 1:
+            entry_points += [solve_spatial, acceleration_problem_apart]
+        elif system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot, *kernels_of_shock(system)]
         if needs_newton(system):
             entry_points.append(solve_by_newton)
-        if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
+        if system.d == 1 and (system.kinds[:, 0] != GIVEN_FORCE).any():
             entry_points += [end_slide, acceleration_problem_apart]
         if self.projection:
             entry_points.append(project)
@@ -137,7 +141,7 @@ class MoreauJean(FixedStep):
     def load_for_retry(self, system: System, memory: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
         planar, is_many = memory.planar, exceeds_enumeration(system)
-        if system.n_c < 2 or planar.can_decide_redundant == 1:
+        if system.n_c < 2 or system.d > 1 or planar.can_decide_redundant == 1:
             return False
         if is_compiled:
             load_all([enumerate_redundant, solve_by_newton] if is_many else [enumerate_redundant])
@@ -161,4 +165,4 @@ class MoreauJean(FixedStep):
 
 def needs_newton(system: System) -> bool:
     """Whether a step of the system may be left to Newton's method: many contacts, and not all without friction."""
-    return system.d > 0 and exceeds_enumeration(system)
+    return system.d == 1 and exceeds_enumeration(system)

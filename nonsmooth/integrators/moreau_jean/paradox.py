@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from nonsmooth.contact.islands import is_block
 from nonsmooth.contact.planar.single import STICK, slip_of, stick
+from nonsmooth.contact.spatial.all_solutions import is_surely_unique
 from nonsmooth.integrators.moreau_jean.contact import Scratch, mode_of
-from nonsmooth.integrators.moreau_jean.slide_end import had_no_force
+from nonsmooth.integrators.moreau_jean.slide_end import had_no_force, slid_without_force
 from nonsmooth.integrators.records import (
     INCONSISTENT,
     INDETERMINATE,
@@ -41,6 +42,9 @@ def note_paradoxes(sys, t, dt, n_k, state, scratch):
     Returns whether the velocity has jumped, so that the step must be taken again.
     """
     work = scratch.work
+    if scratch.spatial.mu.shape[0] > 0:
+        note_in_space(sys, t, dt, n_k, state, scratch)
+        return False
     found, members, has_several = state.counters.solutions, 1, False
     for k in range(n_k):
         i = work.closed[k]
@@ -66,6 +70,32 @@ def note_paradoxes(sys, t, dt, n_k, state, scratch):
     if has_several:
         state.counters.several += 1
     return False
+
+
+@rare_kernel
+def note_in_space(sys, t, dt, n_k, state, scratch):
+    """The same where contacts have friction in two directions: the impulses that end a slide are those of the step, and
+    the solutions of a contact are known where it is the only one that is closed."""
+    work, found = scratch.work, state.counters.solutions
+    for k in range(n_k):
+        i = work.closed[k]
+        if sys.kinds[i, 1] < 2 or sys.kinds[i, 0] == GIVEN_FORCE:
+            continue
+        is_indeterminate = n_k == 1 and found > 1
+        candidate = work.candidate[k]
+        if (
+            candidate == STICK
+            and state.mode[i] == ContactMode.SLIDE
+            and not is_surely_unique(scratch.spatial.G, k, scratch.spatial.mu[k])
+        ):
+            if slid_without_force(sys, t, dt, n_k, k, state, scratch):
+                describe_closed(sys, k, 0, state, work)
+                append_event(t, INCONSISTENT, i, state.mode[i], 0, ContactMode.STICK.value, 0, state)
+        if is_indeterminate and state.several[i] == 0:
+            describe_closed(sys, k, found, state, work)
+            append_event(t, INDETERMINATE, i, state.mode[i], 0, mode_of(candidate, 2), 0, state)
+        state.several[i] = 1 if is_indeterminate else 0
+        state.counters.several += state.several[i]
 
 
 @rare_kernel(

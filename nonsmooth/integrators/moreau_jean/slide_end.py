@@ -4,17 +4,21 @@ A slide with sign s of contact N carries the normal force la_N >= 0 of
 
     0 <= la_N,   p la_N + b >= 0,   la_N (p la_N + b) = 0,      p = G_NN - s mu G_NF
 
-at acceleration level. With p < 0 and b < 0 there is none: rigid mechanics is inconsistent, and the step that sticks
-there passed through an impact without collision. What follows the test, and why it is asked twice:
-docs/theory/moreau_jean.md. Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
+at acceleration level; in space p = G_NN - mu G_NT d along the direction d of sliding. With p < 0 and b < 0 there is
+none: rigid mechanics is inconsistent, and the step that sticks there passed through an impact without collision. What
+follows the test, and why it is asked twice: docs/theory/moreau_jean.md.
+Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
 """
 
 from __future__ import annotations
+
+import math
 
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
+from nonsmooth.mechanics.contact_problem import row_velocities
 from nonsmooth.mechanics.kinematics import move
 from nonsmooth.mechanics.system import BILATERAL
 
@@ -27,27 +31,48 @@ def had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
     that fades to zero has crossed into the paradox, and at the state before the step, where it is left in ``there``,
     contact k first.
     """
-    n, q, u = sys.n, state.q, state.u
-    work, there, slip = scratch.work, scratch.there, state.slip[scratch.work.closed[k]]
-    for m in range(n_k):
-        there.closed[m] = work.closed[m]
-    there.closed[0], there.closed[k] = work.closed[k], work.closed[0]
-    is_lost = False
+    slip, is_lost = state.slip[scratch.work.closed[k]], False
     for way in range(2):
-        ahead = 1.0 - way
-        move(sys, q, ahead * dt, u, work, work.q_end)
-        for i in range(n):
-            work.rhs[i] = u[i] + ahead * work.du[i]
-        status, _ = acceleration_problem_apart(
-            address(sys), t + ahead * dt, work.q_end, work.rhs, n_k, scratch.rates, address(there)
-        )
-        if status == Status.RUNNING:
+        if set_up_slide(sys, t, dt, 1.0 - way, n_k, k, state, scratch):
+            there = scratch.there
             is_bilateral = sys.kinds[there.closed[0], 0] == BILATERAL
             if has_no_sliding_force(is_bilateral, slip, mu, there.G[0, 0], there.G[0, 1], there.c[0]):
                 is_lost = True
         elif way == 1:
             return False
     return is_lost
+
+
+@kernel
+def slid_without_force(sys, t, dt, n_k, k, state, scratch):
+    """The same of a contact with friction in two directions, by the p and b of its own slide."""
+    there = scratch.there
+    for way in range(2):
+        if set_up_slide(sys, t, dt, 1.0 - way, n_k, k, state, scratch):
+            row_velocities(sys, 1, scratch.work.rhs, there)
+            v_1, v_2 = there.gamma_0[1], there.gamma_0[2]
+            speed = math.sqrt(v_1 * v_1 + v_2 * v_2)
+            p = there.G[0, 0] * speed - scratch.spatial.mu[k] * (there.G[0, 1] * v_1 + there.G[0, 2] * v_2)
+            if p < 0.0 and there.c[0] < 0.0:
+                return True
+    return False
+
+
+@kernel
+def set_up_slide(sys, t, dt, ahead, n_k, k, state, scratch):
+    """The acceleration-level problem, contact k first, at a part of the step on the motion without contact forces, to
+    ``there``; False if it is not finite."""
+    work, there = scratch.work, scratch.there
+    for m in range(n_k):
+        there.closed[m] = work.closed[m]
+    there.closed[0], there.closed[k] = work.closed[k], work.closed[0]
+    move(sys, state.q, ahead * dt, state.u, work, work.q_end)
+    for i in range(sys.n):
+        work.rhs[i] = state.u[i] + ahead * work.du[i]
+    status, _ = acceleration_problem_apart(
+        address(sys), t + ahead * dt, work.q_end, work.rhs, n_k, scratch.rates, address(there)
+    )
+    return status == Status.RUNNING
 
 
 @kernel

@@ -1,0 +1,1 @@
+"""Contacts of a System with friction in two directions."""
