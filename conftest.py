@@ -1,6 +1,7 @@
 """Tests run against the installed package; the benchmarks, which are not installed, are found here. What compiles
 says nothing: stderr is read. Commands compile first: what they tell is compared. A shell that starts a job in the
-background has it ignore SIGINT, and so would the programs that tests send it to: it is heard, however tests are started."""
+background has it ignore SIGINT, and so would the programs that tests send it to: it is heard, however tests are
+started."""
 
 import os
 import signal

@@ -45,11 +45,6 @@ from nonsmooth.errors import (
     UnsupportedVersion,
 )
 
-BENCH_IS_GONE = (
-    "`nonsmooth bench` is no command any more: the benchmarks are in the source of nonsmooth, beside the package; run "
-    "`python -m benchmarks` in a checkout"
-)
-
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line.
@@ -65,9 +60,6 @@ def main(argv: list[str] | None = None) -> int:
         The exit code.
     """
     words = sys.argv[1:] if argv is None else argv
-    if words[:1] == ["bench"]:
-        complain(BENCH_IS_GONE)
-        return BAD_INPUT
     return perform(build_parser(), words)
 
 
@@ -76,7 +68,7 @@ def perform(parser: argparse.ArgumentParser, words: list[str]) -> int:
     arguments = parser.parse_args([" " + word if NEGATIVE.match(word) else word for word in words])
     options = arguments.options
     with warnings.catch_warnings():
-        warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python is told otherwise
+        warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python has other filters
         warnings.showwarning = functools.partial(show_warning, options)
         try:
             with ended_by_ctrl_c():

@@ -64,12 +64,12 @@ def add_resumed(command: argparse.ArgumentParser) -> None:
 
 
 def progress_of(arguments: argparse.Namespace) -> Any:
-    """What the library is told: whether and how the progress is shown."""
+    """What the library is given: whether and how the progress is shown."""
     return PROGRESS[arguments.progress] and not arguments.quiet and PROGRESS[arguments.progress]
 
 
 def progress_of_run(arguments: argparse.Namespace) -> Any:
-    """The same for one run, which tells its part to a function."""
+    """The same for one run, which calls a function with the part that is done."""
     shown = progress_of(arguments)
     return PartLines() if shown == "json" else shown
 

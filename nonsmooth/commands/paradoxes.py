@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
 
 JSON_ENDINGS = (".json",)
-UNITS = {  # of what `classify --json` prints, beside those of coordinates; a and k are per contact, b of the one slide
+UNITS = {  # of what `classify --json` prints, without those of coordinates; a and k are per contact, b of the one slide
     "gamma_N": "m/s", "gamma_F": "m/s", "la_N": "N", "la_F": "N", "dgamma_N": "m/s^2", "dgamma_F": "m/s^2",
     "p": "1/kg", "b": "m/s^2",
 }  # fmt: skip

@@ -34,7 +34,7 @@ from nonsmooth.results.failures import StepFailure
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5", ".nc")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 UNNAMED = Path(".html")  # code: of a player whose file was not named
-AT_THE_END = ("t", "q", "u", "g_N", "mode")  # chosen: columns whose last row is told
+AT_THE_END = ("t", "q", "u", "g_N", "mode")  # chosen: columns whose last row is printed
 PICTURED = 5  # chosen: of the picture of a scene, as of a model
 
 
@@ -274,7 +274,7 @@ def as_json(solution: Any) -> dict[str, Any]:
 
 
 def units_of(solution: Any) -> dict[str, Any]:
-    """Units of what stands beside them."""
+    """Units of the values that are printed."""
     units = [unit for _, unit in solution.described.coordinates]
     return {"t": "s", "q": units, "u": [f"{unit}/s" if unit else "" for unit in units], "g_N": "m", "P_N": "N s",
             "P_F": "N s", "ledger": "J"}  # fmt: skip

@@ -62,7 +62,7 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
     add_workers(sweep, "threads; 1 by default")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, e.g. tcp://host:8786")
     add_resumed(sweep)
-    sweep.add_argument("--anew", action="store_true", help="begin the journal anew instead of resuming")
+    sweep.add_argument("--anew", action="store_true", help="begin the journal again instead of resuming")
     sweep.add_argument("--fail-fast", action="store_true", help="stop at the first cell that fails")
     add_progress(sweep)
     add_saved(sweep, "save the result (.npz or .nc)")

@@ -13,7 +13,7 @@ from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.typed_input import require_module, require_writable
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
 
-FAILED, NOT_WRITTEN = 3, 4  # code: exit codes, beside 0, typed_input.BAD_INPUT and errors.INTERRUPTED
+FAILED, NOT_WRITTEN = 3, 4  # code: exit codes, apart from 0, typed_input.BAD_INPUT and errors.INTERRUPTED
 
 
 def require_one(arguments: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ thread has not heard after `COMPILER_PATIENCE`, it says what is finished and end
 to keep what is finished in its own time.
 
 Nothing is raised within a compilation, whose halves LLVM does not survive: the process ends there and then. And what is
-raised in a function that C has called, as a finaliser, goes nowhere, Python reports it as ignored: it is sent anew
+raised in a function that C has called, as a finaliser, goes nowhere, Python reports it as ignored: it is sent again
 until it is raised where it counts.
 """
 
@@ -34,7 +34,7 @@ _last_words: list[Callable[[], str]] = []
 
 @contextlib.contextmanager
 def ended_by_ctrl_c() -> Iterator[None]:
-    """End the process soon after Ctrl-C, from beside its main thread if need be.
+    """End the process soon after Ctrl-C, from another thread than the main one if need be.
 
     Only a program of its own is watched: in another thread, under another handler or in an interactive session Ctrl-C
     is what it was.

@@ -137,7 +137,7 @@ class LimitCycle(Worded):
 
     @property
     def is_marginal(self) -> bool:
-        """Whether none lies outside and one on the unit circle, as far as the accuracy tells: of a family of motions,
+        """Whether none lies outside and one on the unit circle, as far as the accuracy shows: of a family of motions,
         as of an undamped oscillator, or where the stability changes."""
         return not self.is_stable and bool((np.abs(self.multipliers) < 1 + REPELLING).all())
 

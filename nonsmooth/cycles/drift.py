@@ -130,7 +130,7 @@ def _can_with_others(system: System, places: list[Place], is_forced: bool, j: in
 
 
 def _around(places: list[Place]) -> Iterator[Place]:
-    """The places, and one beside each: what vanishes by chance at one does not at the other."""
+    """The places, and one near each: what vanishes by chance at one does not at the other."""
     for t, q, u in places:
         yield t, q, u
         aside = ASIDE * generic_direction(q.size)

@@ -1,9 +1,10 @@
 """Folds at a cycle that grazes: one that sticks and one that never stops meet where both just stop, gamma_F = 0.
 
-Where steady sliding is stable beside a stick-slip motion, an unstable cycle without sticking lies between the two. With
-the parameter the stick grows shorter, as the square root of the distance, until it is an instant: there both cycles
-end, and the branch turns back along the other one. Source: Hetzler, Schwarzer, Seemann, *Commun. Nonlinear Sci. Numer.
-Simul.* 12 (2007) 83; di Bernardo, Budd, Champneys, Kowalczyk, *Piecewise-smooth Dynamical Systems* (2008), chapter 8.
+Where steady sliding and a stick-slip motion are both stable, an unstable cycle without sticking lies between the two.
+With the parameter the stick grows shorter, as the square root of the distance, until it is an instant: there both
+cycles end, and the branch turns back along the other one. Source: Hetzler, Schwarzer, Seemann, *Commun. Nonlinear Sci.
+Numer. Simul.* 12 (2007) 83; di Bernardo, Budd, Champneys, Kowalczyk, *Piecewise-smooth Dynamical Systems* (2008),
+chapter 8.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def fold_of_sticking(at: At, last: LimitCycle, before: float, value: float) -> G
 
 
 def without_stick(cycle: LimitCycle) -> list[PhaseGuess]:
-    """The phases of a cycle as if its only stick were an instant: those beside it are one where they slide alike."""
+    """The phases of a cycle as if its only stick were an instant: its neighbours are one where they slide alike."""
     k = next(k for k, phase in enumerate(cycle.phases) if phase.sticks)
     phases = cycle.guesses()
     first, *others = [*phases[k + 1 :], *phases[:k]]

@@ -60,7 +60,7 @@ class Instant(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModeFlow(SlidingMode):
-    """A system whose closed contacts slide as told, but for those that stick.
+    """A system whose closed contacts slide in given directions, but for those that stick.
 
     Parameters
     ----------

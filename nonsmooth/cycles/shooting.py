@@ -148,7 +148,7 @@ class Shooting:
         return np.eye(d) - self.shifts.T @ self.along
 
     def solve(self, checked: bool = True) -> LimitCycle:
-        """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
+        """Newton's method; then, if ``checked``, whether the modes last as long as they should."""
         rtol = self.rtol if self.is_near else ROUGH_RTOL
         sizes: list[float] = []
         while len(sizes) < SHOOTING_NEWTON_STEPS and (

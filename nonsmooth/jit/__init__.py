@@ -15,20 +15,20 @@ not need is never compiled.
 
 and returns its machine address, an integer that the compiled loops receive as an argument and call through
 ``call_model``. So a loop is compiled once for every model, and a model once for every parameter value. A call costs
-about 2 ns more than a C function pointer; handing dispatchers to the loop instead would compile the loop anew for every
-model (2 s each) and never reach the disk cache.
+about 2 ns more than a C function pointer; handing dispatchers to the loop instead would compile the loop again for
+every model (2 s each) and never reach the disk cache.
 
 A loop that takes very many steps of one system is compiled once more for it alone, with all that it calls inlined and
 sizes and options built in (``specialised``).
 
 ``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them and whose ``p``
-``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals``
-has what is used of numba beside its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what
-compiles kernels. ``late`` loads what few runs reach when it is first called. ``fingerprint`` says what code is made
-from, by what ``bytecode`` finds that it reads and ``libraries`` know by name, ``content`` what else is known again;
-``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
-key it is kept, ``code_files`` in which form; ``linking`` calls it in a later process, without numba;
-``loading`` shares the work between processes, which take ``turns``; ``elsewhere`` leaves all of it to others.
+``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals`` has what is used of numba that is not
+its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what compiles kernels. ``late`` loads
+what few runs reach when it is first called. ``fingerprint`` says what code is made from, by what ``bytecode`` finds
+that it reads and ``libraries`` know by name, ``content`` what else is known again; ``watch`` whether that is still so,
+``surroundings`` on what else it depends; ``cache`` under which key it is kept, ``code_files`` in which form;
+``linking`` calls it in a later process, without numba; ``loading`` shares the work between processes, which take
+``turns``; ``elsewhere`` leaves all of it to others.
 """
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, key_of

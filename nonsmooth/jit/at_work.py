@@ -1,8 +1,8 @@
 """Whether a process is at work: it lives, nobody stopped it, and it is the one that it was.
 
-The system tells its state and when it began (Linux: fields 3 and 22 of /proc/PID/stat, proc(5)). A sign is "PID START":
-numbers of processes are given again. Where the system does not tell, no process of others is known to be at work, and
-one's own is as long as it has not ended.
+The operating system gives its state and when it began (Linux: fields 3 and 22 of /proc/PID/stat, proc(5)). A sign is
+"PID START": numbers of processes are given again. Where the system does not say so, no process of others is known to be
+at work, and one's own is as long as it has not ended.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ STOPPED, GONE = "tT", "ZXx"  # defined: by a signal or a debugger; ended
 
 
 def sign_of(pid: int) -> str:
-    """By what a process is known again; nothing where it is gone, or nothing is told of it."""
+    """By what a process is known again; nothing where it has ended, or the system says nothing of it."""
     fields = _fields(pid)
     return f"{pid} {fields[BEGAN]}" if fields else ""
 

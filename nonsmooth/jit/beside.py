@@ -1,4 +1,4 @@
-"""Compilations in threads beside a run, which goes on with what it has until they are done.
+"""Compilations in threads while a run goes on with the code that it has, until they are done.
 
 The loops of a run hold no lock of the interpreter, so that a thread compiles meanwhile where a processor is free.
 Nobody waits for it: at the end of the process, and before it is forked while a thread has numba's lock, it is given up
@@ -50,7 +50,7 @@ def finish() -> None:
 
 
 def has_free_processor() -> bool:
-    """Whether a processor has nothing to do beside this thread, as far as the system says."""
+    """Whether a processor is free for another thread, as far as the system says."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     busy = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     return count > 1 and busy <= count - 1

@@ -179,7 +179,7 @@ class _Walk:
         if level == 0:
             self.imports[name] = None
         else:
-            self.refusal = self.refusal or "imports a module from beside its own"
+            self.refusal = self.refusal or "imports a module relative to its own"
 
     def _refuse(self, opcode: int) -> None:
         words = "assigns to a variable of the function around it" if opcode in dis.hasfree else ""

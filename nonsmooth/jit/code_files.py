@@ -8,7 +8,7 @@
 
 A pickle runs what stands in it, so nothing is unpickled before the file and its folder are found to be the user's own
 or the system's, not writable by others, the checksum is right, and the description is that of what is wanted. A file is
-written beside its place and moved there: a reader sees a whole file or none.
+written to a temporary name and moved into place: a reader sees a whole file or none.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ HASH = 32  # defined: bytes of SHA-256
 LENGTH_BYTES = 8  # defined: bytes of a length
 ENDING, PART = ".code", ".part"
 DAY = 86400.0  # defined: s
-LONGEST_UNUSED = 60 * DAY  # chosen: then a file is removed: a study that is taken up again compiles anew once
+LONGEST_UNUSED = 60 * DAY  # chosen: then a file is removed: a study that is taken up again compiles once more
 # measured: bytes; beyond it what was unused longest goes. A model takes 60 kB, all our loops 5 MB
 LARGEST_CACHE = 256 * 2**20
 # defined: a link is refused, a pipe is not waited for; Windows, which has neither flag, would change ends of lines.
@@ -75,9 +75,9 @@ class CodeFile:
         except FileNotFoundError:  # removed by another process
             return None
         except Unfit as reason:
-            note("unfit", f"{self.path} is {reason}; it is compiled anew")
+            note("unfit", f"{self.path} is {reason}; it is compiled again")
         except Exception as error:  # unpickling may raise anything
-            note("unfit", f"{self.path} does not fit ({type(error).__name__}); it is compiled anew")
+            note("unfit", f"{self.path} does not fit ({type(error).__name__}); it is compiled again")
         return None
 
     def save(self, code: bytes) -> None:
@@ -129,7 +129,7 @@ def _open(path: Path) -> int:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write beside the place, and move there."""
+    """Write to a temporary name, and move into place."""
     handle, part = tempfile.mkstemp(suffix=PART, prefix=path.stem, dir=path.parent)
     try:
         with open(handle, "wb") as file:

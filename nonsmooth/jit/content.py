@@ -73,7 +73,7 @@ def identity(*values: Any) -> bytes:
     Raises
     ------
     Unidentified
-        Where something that is read cannot be told from another one.
+        Where something that is read cannot be distinguished from another one.
     """
     content, name = Content(owners(*values)), ""
     try:
@@ -385,11 +385,11 @@ def _reduced(value: Any, what: str) -> tuple[Any, ...]:
 
 
 def _is_made_by_python(cls: type, name: str, member: Any) -> bool:
-    """Whether a member follows from the others, or tells of the source or of words only."""
+    """Whether a member follows from the others, or concerns the source or texts only."""
     if name in ("__repr__", "__str__", "_abc_impl") or isinstance(member, types.GetSetDescriptorType):
         return True
     if "_member_map_" in vars(cls) and (name in vars(cls)["_member_map_"] or SUNDER.fullmatch(name)):
-        return True  # of an enumeration, whose members are told by their values
+        return True  # of an enumeration, whose members are known by their values
     if "_field_defaults" in vars(cls) and name in MADE_BY_NAMEDTUPLE:
         return True
     if dataclasses.is_dataclass(cls) and name in MADE_BY_DATACLASS:
@@ -427,7 +427,7 @@ def version_of(top: str) -> str:
     Raises
     ------
     Unidentified
-        Where nothing tells it.
+        Where it has none.
     """
     names = [top, *importlib.metadata.packages_distributions().get(top, ())] if not _is_distribution(top) else [top]
     found = sorted({importlib.metadata.version(name) for name in names if _is_distribution(name)})

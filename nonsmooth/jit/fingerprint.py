@@ -10,8 +10,7 @@ Each is looked up, and its value is part of the hash:
     numpy, numba, math, ...      the name: their versions belong to every key
 
 A module can be read from, not handed on: what is read from it there is not seen. What else is met has no identity:
-`Unidentified` says what it is, and nothing is compiled. What else is taken from an earlier run is told by more
-(`content`).
+`Unidentified` says what it is, and nothing is compiled. Results of an earlier run are identified by more (`content`).
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ COPIED = 10**6
 
 
 class Unidentified(Exception):
-    """A function reads something whose value cannot be told from another one; ``str`` says what."""
+    """A function reads something whose value cannot be distinguished from another one; ``str`` says what."""
 
 
 @functools.cache
@@ -94,7 +93,7 @@ class Survey:
         self.put(b"library", path.encode())
 
     def members(self, cls: type, what: str) -> None:
-        """Add what a class of the user's has beside its entries, which machine code does not call."""
+        """Add what a class of the user's has apart from its entries, which machine code does not call."""
 
     def copies(self, array: np.ndarray, layout: str) -> bool:
         """Whether numba copies an array into the code."""

@@ -1,4 +1,4 @@
-"""All that is used of numba beside its public interface: the only file that a new version of numba can break.
+"""All that is used of numba that is not its public interface: the only file that a new version of numba can break.
 
 Each part has a test in ``tests/jit/test_internals.py``. Imported where something is compiled; a numba outside of the
 tested versions is refused then, since a part that means something else there would give wrong numbers in silence.

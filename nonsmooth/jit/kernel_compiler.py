@@ -4,7 +4,7 @@ A kernel that carries a signature, an entry point, becomes one module of LLVM's 
 Each of these goes through numba once (source, types, code of LLVM), and through LLVM as a part of the entry point.
 Most of the time is numba's, in Python. Left out are, with their part of the time that the entry points of a step took:
 
-    passes that look for what no kernel has, and lists of the variables alive, made anew after each pass      7 %
+    passes that look for what no kernel has, and lists of the variables alive, made again after each pass     7 %
     `del` of a variable, since kernels count no references                                                    6 %
     LLVM's passes on a function by itself, before it is inlined and goes through them again, and those on a
     module that numba takes twice, to find counted references between                                        10 %
@@ -318,7 +318,7 @@ def no_negative_indices() -> Any:
 
 
 def known_calls() -> Any:
-    """Keep what an operation on given types resolves to: numba asks each of its dozen overloads of ``a + b`` anew for
+    """Keep what an operation on given types resolves to: numba asks each of its dozen overloads of ``a + b`` again for
     every ``+`` in the source (the first use of a scene: 13 s without)."""
     before = functions.Function.get_call_type
 
@@ -355,8 +355,7 @@ _resolved_attributes: dict[Any, Any] = {}
 
 
 def no_listeners() -> Any:
-    """Call LLVM without a word to those who measure for how long: numba tells them twice at each of some thousand
-    calls."""
+    """Call LLVM without calling those who measure its time: numba does so twice at each of some thousand calls."""
     return replaced(llvm_lock, "_cblist", [])
 
 
@@ -375,8 +374,8 @@ def _as_it_is(source: Any) -> Any:
 
 
 def no_collected_warnings() -> Any:
-    """Let a warning of numba's be told as it comes: it sets up Python's filters anew for each of some thousand types
-    that it looks for, to collect them."""
+    """Issue warnings of numba's as they come: to collect them it sets up Python's filters for each of some thousand
+    types that it looks for."""
     return replaced(WarningsFixer, "catch_warnings", lambda *_, **__: _nothing)
 
 

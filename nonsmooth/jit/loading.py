@@ -40,7 +40,7 @@ os._exit(0)
 """
 MOST_PROCESSES = 4  # chosen: 250 MB each, and the largest entry point of a scene takes a third of all
 STARTUP_CODE = 8_000  # measured: bytes of code that compile while another process starts, some 0.8 s
-PACE = 10_000  # measured: bytes of code that a process compiles in a second beside others: 7,000 to 13,000
+PACE = 10_000  # measured: bytes of code that a process compiles in a second while others do too: 7,000 to 13,000
 ONCE = 0.65  # measured: numba's part of the time
 WAIT = 300.0  # chosen: s for the other processes; what they have not compiled by then is compiled here
 STOP_LOOK = 0.5  # chosen: s between two looks whether somebody stopped one of them

@@ -34,7 +34,7 @@ class CannotCompile(Exception):
 
 
 class CannotIdentify(CannotCompile):
-    """A model function reads something that cannot be told from another one."""
+    """A model function reads something that cannot be distinguished from another one."""
 
     cure = "Read numbers, arrays, tuples, functions, or attributes of a module only."
 
@@ -65,7 +65,7 @@ def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int
         try:
             survey.value(function, name)
         except Unidentified as reason:
-            raise CannotIdentify(f"the model function {name} reads {reason}: whether that changed cannot be told, so "
+            raise CannotIdentify(f"the model function {name} reads {reason}: whether that changed cannot be known, so "
                                  "nothing is compiled") from None  # fmt: skip
     _add_extensions(survey)
     return survey
@@ -177,7 +177,7 @@ def inlined_model(source: Source, survey: str) -> Any:
     source : tuple
         Arguments of `compile_model`.
     survey : str
-        What tells these functions from others.
+        What distinguishes these functions from others.
     """
     from nonsmooth.jit.internals import ModelType, numba
     from nonsmooth.jit.kernel_compiler import InlinedCompiler

@@ -34,7 +34,7 @@ class Parts(NamedTuple):
     inlined: tuple[Kernel, ...]  # entry points that are called through their slots elsewhere
     known: tuple[tuple[type, Known], ...]  # constants of blocks by their class, without the model
     model_of: type  # the block whose handle is the model
-    survey: str  # what tells the functions of the model from others
+    survey: str  # what distinguishes the functions of the model from others
 
 
 class Specialised:

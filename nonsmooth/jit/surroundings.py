@@ -1,4 +1,4 @@
-"""What machine code depends on beside its source: versions, processor, and numba's options, told without numba.
+"""What machine code depends on apart from its source: versions, processor, numba's options, found without numba.
 
 Its import takes 0.28 s, and a process that finds all its code on the disk needs nothing else of it (`linking`). Its
 version is read from a file of its own. Its options are made by its own module of options, run alone, which reads the

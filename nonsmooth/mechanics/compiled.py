@@ -37,7 +37,7 @@ def model_of(system: System) -> Model:
     """Compile a system's functions (once for all its parameter values), or fall back to the interpreter with a warning.
 
     What they read, globals and constants of modules, is looked at again each time: where it has changed they are
-    compiled anew. ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
+    compiled again. ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
     """
     if os.environ.get("NONSMOOTH_INTERPRET") == "1":
         return interpreted_model(system)

@@ -5,11 +5,11 @@
     *.crc.npy     the checksums of both, block by block
     state.npz     all that the next step depends on, with the numbers of records and events that belong to it; sealed
 
-Those of a scene hold other rows (scene_checkpoint.py). The arrays grow (checked_array.py); the state is written
-beside and moved into place, after the rows that it belongs to. Whenever the program dies, the arrays can be read and
-the state is that of one moment; what lies between the two is computed again, to the same bits. Rows of the state that
-do not fit their checksums are damage, and refused; rows behind them that do not are what a power failure leaves, and
-left away. Why no HDF5, and what is lost when: docs/checkpoints.md. No pickle.
+Those of a scene hold other rows (scene_checkpoint.py). The arrays grow (checked_array.py); the state is written to
+state.npz.part and moved into place, after the rows that it belongs to. Whenever the program dies, the arrays can be
+read and the state is that of one moment; what lies between the two is computed again, to the same bits. Rows of the
+state that do not fit their checksums are damage, and refused; rows behind them that do not are what a power failure
+leaves, and left away. Why no HDF5, and what is lost when: docs/checkpoints.md. No pickle.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from nonsmooth.results.table import EVENT, SYSTEM, columns_along, row_type
 CHECKPOINT_SCHEMA, KIND, SCENE_KIND = 1, "checkpoint", "scenecheckpoint"  # code: of the form of the file
 READERS = {KIND: ("System", "ns.Solution.load"), SCENE_KIND: ("scene", "ns.SceneSolution.load")}
 STATE, PART = "state.npz", "state.npz.part"
-HASHED = "#"  # code: how a fact begins that is told by its hash alone
+HASHED = "#"  # code: how a fact begins of which only the hash is kept
 EVENT_ROW = np.dtype([(column.name, "<f8") for column in EVENT])
 
 

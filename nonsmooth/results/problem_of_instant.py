@@ -3,7 +3,7 @@
     c = gamma_0 + e gamma_0 + dt b,    gamma_0 = W u + w,    b = W M^-1 h + W' u + w'
 
 dt is so short that no slide comes to its end: its solutions in impulses are then those that the contacts have in
-forces, gamma' = G la + b, beside impacts with and without collision. Where none is left the method stopped.
+forces, gamma' = G la + b, and the impacts with and without collision. Where none is left the method stopped.
 """
 
 from __future__ import annotations

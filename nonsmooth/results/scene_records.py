@@ -12,7 +12,8 @@ OF_ALL = ("force", "friction", "normal", "surface", "projection")  # defined: co
 STEP = "step"  # defined: of "normal", what the steps take or give, where contacts are rigid (assembly/book.py)
 WORKS = (*OF_ALL, STEP)
 ENERGIES = ("kinetic", "potential")
-ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside OF_ALL
+# defined: columns of the ledger where contacts are compliant, in addition to OF_ALL
+ELASTIC, DAMPING = "elastic", "damping"
 BODIES, CONTACTS, PAIRS = "bodies", "contacts", "pairs"
 UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
 KINDS = (*UNASKED, EVENTS, PAIRS)
@@ -27,7 +28,7 @@ def as_kinds(record: Any) -> tuple[str, ...]:
 
 
 def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS, n_j: int = 0) -> np.dtype:
-    """A record: a row of numbers; ``works`` are those of the ledger, beside the energies of the bodies; n_j joints."""
+    """A record: a row of numbers; ``works`` are those of the ledger, without the energies of the bodies; n_j joints."""
     of_turn, of_spin = ((4,), (3,)) if dim == 3 else ((), ())
     columns: list[tuple[str, str, tuple[int, ...]]] = [(name, "<f8", ()) for name in SCALAR]
     if BODIES in kinds:
@@ -57,7 +58,7 @@ def pair_row(dim: int) -> np.dtype:
 
 
 def rows_beside(dim: int, kinds: tuple[str, ...]) -> dict[str, np.dtype]:
-    """What stands beside the records, as many rows as there are in each of them."""
+    """The arrays that are kept apart from the records, as many rows as there are in each of them."""
     rows = {CONTACTS: contact_row(dim), PAIRS: pair_row(dim)}
     return {kind: row for kind, row in rows.items() if kind in kinds}
 

@@ -1,7 +1,7 @@
-"""The result of `simulate` for a scene: bodies as arrays, contacts of each record beside one another.
+"""The result of `simulate` for a scene: bodies as arrays, the contacts of all records in one table.
 
-Beside it: a body or a joint by name (scene_bodies.py), the contacts of a record (scene_contacts.py), events, pairs and
-paradoxes (scene_events.py, scene_pairs.py, scene_paradoxes.py), what the run cost (scene_stats.py).
+Kept in other files: a body or a joint by name (scene_bodies.py), the contacts of a record (scene_contacts.py), events,
+pairs and paradoxes (scene_events.py, scene_pairs.py, scene_paradoxes.py), what the run cost (scene_stats.py).
 """
 
 from __future__ import annotations
@@ -76,10 +76,10 @@ class SceneSolution:
         ``contacts(t)`` gives those of one record.
     ledger : dict of (n_t,) arrays [J]
         "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface"
-        (what guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their
-        velocities); of "normal", "step" is what rigid contacts and joints took or gave that were pressed in the step
-        before too: an error of the steps, and no law. With compliant contacts also the energy in the springs,
-        "elastic", and the work of the dampers, "damping", which is a part of that by "normal" and "friction".
+        (what guided bodies and belts put in) and "projection" (of gravity, as the positions of bodies are corrected);
+        of "normal", "step" is what rigid contacts and joints took or gave that were pressed in the step before too: an
+        error of the steps, and no law. With compliant contacts also the energy in the springs, "elastic", and the work
+        of the dampers, "damping", which is a part of that by "normal" and "friction".
     events : SceneEvents
         Landings, partings, slips and sticks of pairs of bodies, where ``record=`` asked for them.
     pairs : ScenePairs

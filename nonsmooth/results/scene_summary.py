@@ -163,12 +163,12 @@ def energy(solution: SceneSolution) -> list[str]:
     is_rounding = abs(rest_of(change)) <= ROUNDINGS_OF_ENERGY * EPS * max(1, solution.stats.steps) * largest
     of_steps, most = np.abs(solution.ledger[STEP]).max(initial=0.0), TOLD_OF_STEPS * largest
     told = [
-        f"  of the work of normals {change[STEP]:+.3g} J is that of the steps, on what is held and goes over a body: "
+        f"  of the work of normals {change[STEP]:+.3g} J is that of the steps, where contacts move over a body: "
         f"more than {TOLD_OF_STEPS:.0%} of the energy, which no law takes; a smaller dt ends this"
     ]
     return [
         balance(change, "rounding" if is_rounding else "the error of the steps, less with a smaller dt"),
-        f"  bodies moved beside their velocities: {change['projection']:+.3g} J of gravity",
+        f"  corrections of positions: {change['projection']:+.3g} J of gravity",
         *(told if of_steps > most else []),
     ]
 

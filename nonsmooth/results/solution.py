@@ -1,7 +1,8 @@
 """What a run gives back: the columns of its records, and what is found from them once it is asked for.
 
-Beside it: events as objects (events.py), the energy ledger (ledger.py), what the run cost and its worst figures
-(stats.py), the motion between the records (motion.py); who draws, saves and words a solution (nonsmooth/views.py).
+Kept in other files: events as objects (events.py), the energy ledger (ledger.py), what the run cost and its worst
+figures (stats.py), the motion between the records (motion.py); who draws, saves and words a solution
+(nonsmooth/views.py).
 """
 
 from __future__ import annotations

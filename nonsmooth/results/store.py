@@ -1,5 +1,5 @@
-"""Solutions on disk: .npz always, .h5 with the extra [io], .nc with [data]. No pickle; sealed, written beside and moved
-into place.
+"""Solutions on disk: .npz always, .h5 with the extra [io], .nc with [data]. No pickle; sealed, written to a file.part
+and moved into place.
 
 The arrays stand under their attribute names, the ledger under ``ledger/<column>``, the user's events under
 ``t_events/<k>`` and so on, k the number of the function; the rest is one JSON text ``about``. docs/files.md
@@ -149,7 +149,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
 def _find_motion(
     theta: float | None, is_straight: bool, arrays: Mapping[str, np.ndarray]
 ) -> Callable[[], Motion] | None:
-    """What finds the motion between the records, where the file tells it."""
+    """What finds the motion between the records, where the file holds it."""
     if theta is not None:
         names = ("t", "q", "u", "mode", "event_rows")
         return functools.partial(of_records, theta, is_straight, *(arrays[name] for name in names))

@@ -1,14 +1,10 @@
-"""What is given in the place of a scene; where it is none, the room of scenes is not loaded, which takes 6 ms."""
+"""What is given in the place of a scene; where it is none, neither NumPy nor the room of scenes is loaded."""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import is_dataclass
 from typing import TYPE_CHECKING, Any
-
-from nonsmooth.checks.arrays import as_instance
-from nonsmooth.checks.parameters import numeric_fields
-from nonsmooth.mechanics.start import own_time
 
 if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
@@ -20,6 +16,9 @@ def as_scene(candidate: Any) -> Scene | None:
         return candidate  # type: ignore[no-any-return]
     if isinstance(candidate, type) or not callable(getattr(candidate, "scene", None)):
         return None
+    from nonsmooth.checks.arrays import as_instance
+    from nonsmooth.checks.parameters import numeric_fields
+    from nonsmooth.mechanics.start import own_time
     from nonsmooth.scenes.scene import Scene
 
     name = type(candidate).__name__

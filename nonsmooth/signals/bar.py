@@ -76,7 +76,7 @@ def bar_class() -> Any:
 
 @contextlib.contextmanager
 def heard(progress: Callable[[float], None] | bool | None) -> Iterator[Callable[[float], None] | None]:
-    """Who is told how far a run is: a function of the user, a bar, or nobody."""
+    """Give the function that hears the progress of a run: one of the user, a bar, or none."""
     if not isinstance(progress, bool):
         yield progress
     elif progress:
@@ -88,7 +88,7 @@ def heard(progress: Callable[[float], None] | bool | None) -> Iterator[Callable[
 
 @contextlib.contextmanager
 def bar_of(what: str, stream: TextIO | None = None) -> Iterator[Callable[[float], None]]:
-    """A function of the part that is done, which shows it as "what, 12 s left" beside a bar."""
+    """A function of the part that is done, which shows it as "what, 12 s left" behind a bar."""
     bar, pace, shown_at = Bar(stream), Pace(), -math.inf
 
     def hear(part: float) -> None:

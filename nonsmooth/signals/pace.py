@@ -1,4 +1,4 @@
-"""How long a calculation will take that tells how far it is, and a time as a person would say it.
+"""How long a calculation will take that reports its progress, and a time as a person would say it.
 
 remaining = (1 - part) (now - t)/(part - part at t)
 """
@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 
 EVIDENCE_TIME = 1.0  # chosen: s after which a rate is believed
-RECENT_TIME = 5.0  # chosen: s after which it is looked at anew: a motion may become slower on its way
+RECENT_TIME = 5.0  # chosen: s after which the rate is measured again: a motion may become slower on its way
 
 
 class Pace:
-    """Seconds that are left of a calculation that tells how far it is: at its mean rate, or at that of the last
+    """Seconds that are left of a calculation that reports its progress: at its mean rate, or at that of the last
     `RECENT_TIME` seconds or more where that is less."""
 
     def __init__(self) -> None:

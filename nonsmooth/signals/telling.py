@@ -1,7 +1,7 @@
-"""How far a long calculation is: told where it is known, heard where somebody shows it.
+"""The progress of a long calculation: reported where it is known, heard where somebody shows it.
 
 Between the two may stand many calls that know of neither: a study listens, and the loops of the runs and searches
-within it tell. Where nobody listens nothing is done.
+within it report. Where nobody listens nothing is done.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def tell(part: float) -> None:
 
 @contextlib.contextmanager
 def tell_in_parts(n: int) -> Iterator[None]:
-    """What is told in the block from 0 to 1, n times over, is handed on as one whole."""
+    """Hand on as one whole what is reported in the block from 0 to 1, n times over."""
     hear, done, before = _hear.get(), 0, 0.0
 
     def hear_part(part: float) -> None:

@@ -50,7 +50,8 @@ if TYPE_CHECKING:
 LATE = 0.2  # chosen: last part of each simulation, whose points are kept
 SECOND_HALF = 0.5  # chosen: of a simulation, in which it is seen whether it has settled
 DISTINCT_MAXIMA = 1e-4  # chosen: of the coordinate's extent over the diagram: maxima nearer than that count as one
-LEAST_SECTIONS = 8  # chosen: points of a section: a motion of as many periods is told from one that has not settled
+# chosen: points of a section: a motion of as many periods is distinguished from one that has not settled
+LEAST_SECTIONS = 8
 PERIODS: dict[str, Callable[[float], float]] = {  # of a forcing, by the unit of the parameter that says it
     "s": lambda period: period, "Hz": lambda frequency: 1.0 / frequency, "rad/s": lambda omega: 2.0 * math.pi / omega,
 }  # fmt: skip
@@ -148,7 +149,7 @@ def bifurcation_diagram(
         ``lambda p: 2 * math.pi / p.Omega``; both follow the parameter that is varied.
     integrator : integrator, optional
         In place of ``MoreauJean(dt)``; of one without a step ``dt`` is the time between two samples of the maxima.
-        Points of a section differ by the errors of the steps: ``EventDriven()`` tells those nearer than that.
+        Points of a section differ by the errors of the steps: ``EventDriven()`` distinguishes those nearer than that.
 
     Returns
     -------

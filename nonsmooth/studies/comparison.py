@@ -1,4 +1,4 @@
-"""The task of the studies of limits: runs with one option varied, each beside the same reference.
+"""The task of the studies of limits: runs with one option varied, each compared with the same reference.
 
     e(x) = max |q_x - q_ref|    at given times, and after matched events;    cost: steps, wall time
 
@@ -71,7 +71,7 @@ def as_motion(
 
 
 class ComparisonTask(FunctionTask):
-    """Runs beside a reference.
+    """Runs that are compared with a reference.
 
     Parameters
     ----------

@@ -87,7 +87,8 @@ def jump(phase: CyclePhase, names: tuple[str, ...]) -> str:
 
 
 def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:
-    """A line for each of about forty cycles, then every change; amplitudes are integrated anew, some 0.1 s each."""
+    """A line for each of about forty cycles, then every change; amplitudes are integrated once more, some 0.1 s
+    each."""
     head = "  (max - min)/2" if has_amplitudes else ""
     lines = [f"{branch.parameter:>12} {'period [s]':>14} {'stick [s]':>12} {'largest multiplier':>19}{head}"]
     stride = max(1, -(-len(branch.cycles) // PRINTED_ROWS))

@@ -1,6 +1,6 @@
 """The force history of a compliant contact: when it stops the slip, how hard, and with which impulse.
 
-The impulses are quadratures of the forces, integrated beside the motion. An episode begins where the contact closes (or
+The impulses are quadratures of the forces, integrated with the motion. An episode begins where the contact closes (or
 with the run) and ends where it opens, or, in a contact that stays closed, where the force has fallen to a hundredth of
 its peak. The effective energetic restitution is e^2 = W_expansion/W_compression, works of the normal force.
 Source: Stronge, *Impact Mechanics* (2000), chapter 3 (energetic restitution).

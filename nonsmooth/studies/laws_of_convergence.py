@@ -5,7 +5,7 @@
 x is a stiffness k (the error falls as it grows), a step dt or a tolerance rtol. The laws tried are those that occur:
 k^-1 in regular contact, ln k/k after a seizure, k^-1/2 where a force jumps or a contact vibrates, k^-1/2 ln k in an
 impact without collision; dt and dt^2 for steps; rtol, and rtol^5/4 of a method of order 5 whose error estimate is of
-order 4 (dt ~ rtol^1/4); and a free power beside them.
+order 4 (dt ~ rtol^1/4); and a free power.
 Source: Roache, *J. Fluids Eng.* 116 (1994) 405 (observed orders).
 """
 

@@ -33,7 +33,7 @@ from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
 
 REFERENCE_STEPS = 4000  # chosen: of the rigid run that the springs are compared with
-SCENE_BESIDE_STEPS = (250, 1000)  # chosen: of the rigid runs whose cost stands beside
+SCENE_BESIDE_STEPS = (250, 1000)  # chosen: of the rigid runs whose cost is compared
 STUDY_RTOL = 1e-6  # chosen: errors of the springs are looked at down to some 1e-5 of the motion
 STUDY_ATOL = 1e-8  # chosen: as far below it as Penalty's own [m/s]
 
@@ -79,7 +79,7 @@ def study_of_scene(
 
 
 class ScenePenaltyTask(ComparisonTask):
-    """Runs with compliant contact beside a rigid one."""
+    """Runs with compliant contact, compared with a rigid one."""
 
     def measure(self, integrator: Any) -> dict[str, Any]:
         """Errors and cost of a run; how deep it went stands among them."""
@@ -107,7 +107,7 @@ class ScenePenaltyTask(ComparisonTask):
 
 @contextlib.contextmanager
 def no_word_of_depth() -> Iterator[None]:
-    """How deep the springs gave way is a column of the study; no warnings beside."""
+    """How deep the springs gave way is a column of the study; there are no warnings of it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PenetrationWarning)
         yield

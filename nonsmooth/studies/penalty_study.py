@@ -2,7 +2,7 @@
 
     e(k) = max |q_k(t) - q_ref(t)|,    order -d ln e/d ln k,    e^2 = W_expansion/W_compression of the contact
 
-The rigid solution of the same system (a complementarity problem a step) stands beside it: as the reference, and with
+The rigid solution of the same system (a complementarity problem a step) is compared with it: as the reference, and with
 its own errors and costs. Where the distance does not fall, the two have taken different solutions.
 """
 
@@ -43,7 +43,7 @@ from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
 
-BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
+BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost is compared
 BRANCH = 5  # chosen: modes named
 
 
@@ -102,7 +102,7 @@ def penalty_study(
     limit : float, optional
         Where the normal velocity after the episode should tend to [m/s]: gives "error_gamma_N".
     beside : sequence of integrators, optional
-        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out, of a
+        Rigid runs whose errors and costs are compared; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out, of a
         scene with 250 and 1000.
     delay : float, optional
         Time after each matched event at which the distance is measured too [s]; half the time to the next event of the
@@ -120,8 +120,8 @@ def penalty_study(
         ``data`` holds also, over "stiffness": "branch" (the first modes of the contact), "stop_time" (end of slip) [s],
         "peak_force" [N], "P_N" [N s] and "gamma_N" [m/s] of the first episode, its effective "restitution";
         "e_springs", by the closed form of their damping ratio at the start (measured at the stiffest where there is no
-        such form), beside ``data.attrs["e_N"]`` of the rigid contact and ``["e_N_of_model"]``;
-        "own_q", "own_u" and so on: errors of the integration, beside each "error_q", "error_u";
+        such form), to be compared with ``data.attrs["e_N"]`` of the rigid contact and ``["e_N_of_model"]``;
+        "own_q", "own_u" and so on: errors of the integration, for each "error_q", "error_u";
         Of a scene there is "penetration" [m] in their place, the deepest of the run;
         over "beside": "beside_error_q", "beside_error_u" (at the last time), "beside_wall_time", "beside_steps".
         After Ctrl-C it holds the runs that were finished.
@@ -219,7 +219,7 @@ def undamped_ones(system: System, runs: Iterable[Penalty]) -> str:
 
 
 class PenaltyTask(ComparisonTask):
-    """Runs with compliant contact beside a reference, and what one of their contacts did."""
+    """Runs with compliant contact, compared with a reference, and what one of their contacts did."""
 
     def __init__(
         self, problem: Problem, reference: Reference, over: str, integrators: Mapping[float, Any], contact: int,

@@ -108,7 +108,7 @@ class Problem:
     def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
         """The run of an integrator, recorded at some times, or at the start and every step.
 
-        What it tells of Newton's law of impact holds for what it is compared with too.
+        What it warns of, Newton's law of impact, holds for what it is compared with too.
         """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SimultaneousImpactWarning)

@@ -1,4 +1,4 @@
-"""What a penalty study varies, the springs at one stiffness, and the rigid runs that stand beside."""
+"""What a penalty study varies, the springs at one stiffness, and the rigid runs for comparison."""
 
 from __future__ import annotations
 

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
     import xarray
 
 KINDS = ("error_q", "error_u", "error_event_t", "error_after_q", "error_after_u", "error_gamma_N")
-OF_CONTACTS = ("restitution", "peak_force", "stop_time", "branch", "penetration")  # columns beside the errors
+OF_CONTACTS = ("restitution", "peak_force", "stop_time", "branch", "penetration")  # columns that are no errors
 FINISHED, NOT_RUN = int(CellStatus.FINISHED), int(CellStatus.NOT_RUN)  # code: of a cell
 NO_LAW = "no law: every one misses some of the errors by more than half of them"
 # chosen: difference of two restitutions: a hundred stiffnesses off their limit still differ by less
 OTHER_RESTITUTION = 0.05
 STANDS_STILL = 0.1  # chosen: order of an error that does not fall
-ABOVE_FLOOR = 10.0  # chosen: errors of the reference: an error below is not told from it, and no order is read from it
+# chosen: errors of the reference: an error below cannot be distinguished from it, and no order is read from it
+ABOVE_FLOOR = 10.0
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Study:
         return self.data[self.of].values
 
     def errors(self, name: str = "error_u", at: int = -1) -> np.ndarray:
-        """Errors (n,) of one kind at one of the times, or of the events; NaN where they are not told from the `floor`.
+        """Errors (n,) of one kind at one of the times, or of the events; NaN where they are not above the `floor`.
 
         Raises
         ------
@@ -74,7 +75,7 @@ class Study:
         return [name for name in KINDS if name in self.data]
 
     def floor(self, name: str = "error_u", at: int = -1) -> np.ndarray:
-        """What cannot be told from zero (n,): the error of the reference, or of the integration."""
+        """What cannot be distinguished from zero (n,): the error of the reference, or of the integration."""
         kind = name.removeprefix("error_")
         floor = np.full(len(self.x), float(row(self.data[f"floor_{kind}"], at)))
         return np.fmax(floor, row(self.data[f"own_{kind}"], at)) if f"own_{kind}" in self.data else floor
@@ -117,7 +118,7 @@ class Study:
         return [self.data.attrs["restitution"]] if "restitution" in self.data.attrs else []
 
     def notes(self) -> list[str]:
-        """What must be known of the study beside its numbers, a sentence each."""
+        """What must be known of the study with its numbers, a sentence each."""
         notes = []
         if self.is_interrupted:
             n = int((self.data.status.values == FINISHED).sum())

@@ -119,7 +119,7 @@ class OwnMethod:
 
     def run(self, name: str, problem: Problem, setting: float) -> Trial:
         """One run."""
-        with listening(None):  # the study tells how far it is, not each of its runs
+        with listening(None):  # the study reports its progress, not each of its runs
             solution = problem.run(self.made(setting), problem.times)
         stats = solution.stats
         q = solution.q[-len(problem.times) :]
@@ -153,7 +153,7 @@ def work_precision(
     reference : optional
         For motions that bring none: (n_t, n_q) positions, a function of time that returns them, or a pair of
         integrators, of which the first counts and the difference is reported; by default ``EventDriven(rtol=1e-12)``
-        beside ``Adaptive(rtol=1e-10)``.
+        and ``Adaptive(rtol=1e-10)``.
     repeats : int
         Runs of each setting; one that takes more than a second is not repeated.
     progress : bool

@@ -57,7 +57,8 @@ class WorkPrecision(Study):
         return rows.error.values[ran], rows[cost].values[ran]
 
     def floor_of(self, scene: str) -> float:
-        """Errors below are not told from that of the reference: ten times the disagreement of its two methods."""
+        """Errors below cannot be distinguished from that of the reference: ten times the disagreement of its two
+        methods."""
         return ABOVE_FLOOR * float(self.data.disagreement.sel(scene=scene))
 
     def best_error(self, scene: str, method: str) -> float:

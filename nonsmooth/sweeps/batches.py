@@ -95,7 +95,7 @@ class Driver:
     stop : threading.Event, optional
         Ends batches that run in threads of this process.
     begin : callable, optional
-        Told the numbers of the cells that are run next in the calling thread.
+        Called with the numbers of the cells that are run next in the calling thread.
     """
 
     task: Any

@@ -60,7 +60,7 @@ def study_of(task: Task, plan: Plan) -> str:
     Raises
     ------
     Unidentified
-        Where the task reads what cannot be told from something else.
+        Where the task reads what cannot be distinguished from something else.
     """
     digest = hashlib.sha256(f"{__version__}\n{type(task).__qualname__}\n{task.identity()}\n".encode())
     for axis in plan.axes:
@@ -79,7 +79,7 @@ class Journal:
         What `study_of` gave.
     plan : Plan
     resume : bool
-        Go on with a journal that is there; False begins anew, over it.
+        Go on with a journal that is there; False begins again, over it.
 
     Raises
     ------

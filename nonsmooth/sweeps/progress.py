@@ -1,10 +1,10 @@
 """How far a study is: a bar on a terminal or in a notebook, nothing in a pipe, or one line of JSON a second.
 
-What will take more than a minute is told before, wherever it is shown:
+What will take more than a minute is announced before, wherever it is shown:
 
     remaining = elapsed (work left)/(work done),    work: expected seconds of the cells, or their number
 
-The part of the present cell that is done comes from the loops that tell it (nonsmooth/signals/telling.py).
+The part of the present cell that is done comes from the loops that report it (nonsmooth/signals/telling.py).
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ class Progress:
 
 @contextlib.contextmanager
 def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[None]:
-    """A bar for a calculation that tells how far it is, where somebody sees it and ``show`` is True."""
+    """A bar for a calculation that reports its progress, where somebody sees it and ``show`` is True."""
     if show is not True:
         yield
         return

@@ -169,7 +169,7 @@ class RowBuilder:
         return start
 
     def _start_by_name(self, given: dict[str, float]) -> Any:
-        """Coordinates and rates by name, beside those of the pair that was given, or of the dictionary."""
+        """Coordinates and rates by name, in addition to those of the pair or the dictionary that was given."""
         pair = (self.state["q0"], self.state["u0"]) if "q0" in self.state else None
         try:
             q, u = CoordinateState(as_system(self.model), pair)(**({} if pair else self.state), **given)

@@ -155,7 +155,7 @@ class RunTask:
 
     def __getstate__(self) -> dict[str, Any]:
         state = dict(vars(self))
-        for name in ("system", "rows", "_engines", "measures", "names"):  # made anew where it arrives
+        for name in ("system", "rows", "_engines", "measures", "names"):  # made again where it arrives
             del state[name]
         return state | {"measure_names": list(self.measures)}
 

@@ -339,7 +339,7 @@ class Result:
         Raises
         ------
         InvalidInput
-            Where it cannot be told from others.
+            Where it cannot be distinguished from others.
         """
         if self.untold:
             raise InvalidInput(f"a journal cannot tell this study from others: {self.untold}. {CURE}")

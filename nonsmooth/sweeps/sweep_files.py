@@ -1,4 +1,5 @@
-"""Results of sweeps on disk: npz without any extra, NetCDF with one; sealed, written beside and moved into place.
+"""Results of sweeps on disk: npz without any extra, NetCDF with one; sealed, written to a temporary name and moved into
+place.
 
 What the netCDF library is given to read is sealed: it may crash on a damaged file. docs/files.md
 """

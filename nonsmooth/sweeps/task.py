@@ -124,7 +124,7 @@ class Task(Protocol):
         """Raise `UnknownName` for an axis that the task does not take."""
 
     def identity(self) -> str:
-        """A text that is equal for equal tasks, in every process; `Unidentified` where nothing tells them apart."""
+        """A text that is equal for equal tasks, in every process; `Unidentified` where nothing distinguishes them."""
 
     def load(self) -> None:
         """Compile what the cells will call: this is not part of their time."""

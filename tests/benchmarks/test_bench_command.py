@@ -1,4 +1,4 @@
-"""``python -m benchmarks``: names, options, refusals; what ``nonsmooth bench`` says; what a wheel holds."""
+"""``python -m benchmarks``: names, options, refusals; what a wheel holds."""
 
 import importlib
 import shutil
@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from benchmarks.command import NAMES, main
-from nonsmooth.commands import cli
 
 ROOT = Path(__file__).parents[2]
 
@@ -32,13 +31,6 @@ def test_a_misspelt_benchmark_is_refused_with_the_nearest_or_the_names_of_all(wo
         main([word])
     said = capsys.readouterr().err
     assert stop.value.code == 2 and "there is no benchmark" in said and all(name in said for name in named)
-
-
-@pytest.mark.parametrize("words", [["bench"], ["bench", "core"], ["bench", "--peers", "accuracy"], ["bench", "--help"]])
-def test_the_command_that_was_names_the_one_that_is(words, capsys):
-    assert cli.main(words) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1 and "`python -m benchmarks`" in said
 
 
 def test_python_runs_them_in_a_checkout_without_loading_a_library():

@@ -61,7 +61,6 @@ ROWS = [  # arguments, exit code, the kind of line it says on stderr
     (["study", "equilibrium", "sprag-slip", "--set", "mu=nan"], 2, None),
     (["sweep", "bouncing-ball", "--axis", "e=0:1:x"], 2, "refusal"),
     (["sweep", "bouncing-ball", "--axis", "ee=0:1:3"], 2, "refusal"),
-    (["bench", "core"], 2, "refusal"),
 ]
 
 

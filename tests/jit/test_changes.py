@@ -243,7 +243,7 @@ def test_what_loses_its_identity_runs_interpreted_and_comes_back():
     system, scope = model(force("K[0] * q[0]"), K=(2.0,))
     assert speed(system) == 2.0
     scope["K"] = [3.0]
-    with pytest.warns(ns.InterpretedWarning, match="force reads K, a list: whether that changed cannot be told"):
+    with pytest.warns(ns.InterpretedWarning, match="force reads K, a list: whether that changed cannot be known"):
         assert speed(system) == 3.0
     scope["K"] = (4.0,)
     assert speed(system) == 4.0

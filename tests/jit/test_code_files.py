@@ -1,4 +1,4 @@
-"""Files of machine code: what is damaged, foreign or not to be trusted is compiled anew, never run."""
+"""Files of machine code: what is damaged, foreign or not to be trusted is compiled again, never run."""
 
 import hashlib
 import os
@@ -137,7 +137,7 @@ def test_what_stands_in_place_of_a_file_gives_way_to_it(what, folder, capsys):
     assert file.load(never) is None
     file.save(CODE)
     assert file.load(bytes) == CODE and file.path.is_file() and not file.path.is_symlink()
-    assert "it is compiled anew" in capsys.readouterr().err
+    assert "it is compiled again" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("change", [{"name": "other"}, {"key": OTHER_KEY}, {"description": "numba 2"}])
@@ -167,7 +167,7 @@ def test_code_that_cannot_be_rebuilt_is_compiled_anew(folder, capsys):
         raise AttributeError("no such class")
 
     assert file.load(rebuild) is None
-    assert "does not fit (AttributeError); it is compiled anew" in capsys.readouterr().err
+    assert "does not fit (AttributeError); it is compiled again" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("mode", [0o666, 0o620, 0o602])
@@ -277,7 +277,7 @@ def test_a_run_whose_machine_code_is_damaged_gives_the_right_answer(damage, tmp_
     assert speed() == right
     head, content = len(code_files.MAGIC), file.read_bytes()  # not the same bytes: numba's text counts its variables
     assert content[head : head + 32] == hashlib.sha256(content[head + 32 :]).digest()
-    assert capsys.readouterr().err.endswith("it is compiled anew\n")
+    assert capsys.readouterr().err.endswith("it is compiled again\n")
 
 
 # old files
