@@ -4,7 +4,8 @@ Each rung starts from the best iterate so far, until the error is within the tol
 
     one contact     single (closed form in the plane, a bracketed root in space)
     no friction     the linear complementarity problem of the normals first
-    otherwise       nsgs (100 sweeps); newton; interior points from four distances, each with newton after it
+    otherwise       nsgs (100 sweeps); newton where factors are cheap; interior points from four distances, each with
+                    newton after it
     few contacts    then pivoting on the cone with the fewest facets, and from its solution newton and interior
     at last         nsgs (20 000 sweeps)
 
@@ -102,7 +103,7 @@ def ladder_of(problem: Problem) -> list[Solver]:
         return [Single()]
     is_few = problem.n_c <= (LCP_CONTACTS if problem.dim == 2 else FACET_CONTACTS)
     rungs: list[Solver] = [
-        NSGS(max_sweeps=FIRST_SWEEPS), Newton(patience=NEWTON_TRIAL_STEPS),
+        NSGS(max_sweeps=FIRST_SWEEPS), *([Newton(patience=NEWTON_TRIAL_STEPS)] if is_cheap(problem) else []),
         *from_inside(INSIDE, NEAR, FAR, OUTERMOST), *([FromFacets()] if is_few else []), NSGS(max_sweeps=LAST_SWEEPS),
     ]  # fmt: skip
     return rungs if problem.mu.any() else [Frictionless(), *rungs]
