@@ -15,6 +15,7 @@ from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.from_inside import from_inside
 from nonsmooth.contact.network.joint import JOINED
+from nonsmooth.contact.network.patience import INTERIOR, note_outcome
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
@@ -32,7 +33,7 @@ DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and i
 DENSE_RESTING_CONTACTS = 100
 ALIKE = 0.1  # chosen: part of a velocity by which others differ from it at rest, for what the step before has left
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
-WORTH_IT, MOST_LEFT_OUT = 0.1, 32  # chosen: part of the residual above which it was in vain; islands then left out
+WORTH_IT = 0.1  # chosen: part of the residual above which it was in vain
 
 
 def rescue(network: Network, solver: Solver, tol: float) -> int:
@@ -57,9 +58,8 @@ def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     that were met."""
     if solver.most_factors == 0 or np.diff(network.islands.body_start)[k] > solver.most_inside:
         return False
-    solver.inside_waits = max(0, solver.inside_waits - 1)
     is_pressing = not network.islands.residual[k] <= tol and are_very_unlike(network, k)
-    return bool(is_pressing or solver.inside_waits == 0)
+    return bool(is_pressing or solver.patience.left[INTERIOR] == 0)
 
 
 def go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
@@ -73,8 +73,7 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     islands.rung[k] = BY_INTERIOR
     islands.factors[k] += int(direct.desk.factors) - made
     is_worth_it = islands.residual[k] <= max(goal, WORTH_IT * before)
-    solver.inside_in_vain = 0 if is_worth_it else solver.inside_in_vain + 1
-    solver.inside_waits = min(2 ** int(solver.inside_in_vain) // 2, MOST_LEFT_OUT)
+    interpreted(note_outcome)(solver.patience, INTERIOR, is_worth_it, 0, 1)
     return True
 
 

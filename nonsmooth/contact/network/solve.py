@@ -27,6 +27,15 @@ from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.islands import NOT_ASKED
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.lagrangian import Desk, Direct
+from nonsmooth.contact.network.patience import (
+    AT_REST,
+    FACTORS,
+    LONG_SWEEPS,
+    MANY_FACTORS,
+    Patience,
+    begin_problem,
+    note_outcome,
+)
 from nonsmooth.contact.network.problem import Network, relative_velocity, rounding
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.round_rows import RoundRows
@@ -53,7 +62,6 @@ PAYING_SWEEPS = 4  # chosen: budgets of discs and spheres that may be spent whil
 # measured: budgets that may be spent while they approach faster than ``Solver.approach``: with 4, discs that fall from
 # 5 m in a funnel, an hourglass and boxes are up to 0.13 mm deep, with 8 0.09 mm
 SWEEPS_WHERE_DEEP = 8
-LONGEST_VIEW = 31  # chosen: problems for which no large island is swept beyond the budget where that was in vain
 SWEEPS_FOR_FACTORS = 4  # measured: of the budget, that an island of spheres is swept before it is factorised
 FEW_CONTACTS = 4  # chosen: which plain sweeps solve at once
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
@@ -72,14 +80,8 @@ BARELY_MOVED = 1e-3  # chosen: residual of the impulses of the step before, abov
 # measured: of a large island where they led nowhere the last time: of 1000 discs at rest 6 to 15 lead somewhere, and
 # others 30 to 60 nowhere
 RETRY_FACTORS = 25
-# measured: while the last penetrations are taken back 150 boxes take three a step, in 50 steps, and 400 in 100 to 200:
-# of 13 heaps of 400 seven rest within 4 s with 200, twelve with 600, half a second sooner; 2000 help no more
-FACTORS_TO_REST = 600
-BODIES_A_WAIT = 2  # chosen: problems that such an island is left out for where that did not do, by bodies: factors cost
+BODIES_A_WAIT = 2  # chosen: problems that an island at rest is left out for where that did not do, by bodies
 MOST_RESTING = 500  # measured: 1000 discs, of which one rolls for ever, take 10 factors in each step, 15 ms
-# chosen: by which an absence grows: factors of more than FEW_BODIES are dear
-ABSENCE_GROWTH, DEAR_ABSENCE_GROWTH = 2, 4
-LONGEST_ABSENCE = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
 # chosen: more than a loose heap has, in which sizes differ by less than ten
 VERY_UNLIKE_MASSES = 1e3
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
@@ -96,18 +98,9 @@ class Solver(Block):
     most_factors: int  # of an island; 0 is sweeps alone
     over_relaxation: float  # of spheres; up to 1 is conjugate sweeps
     approach: float  # that sweeps of discs and spheres should leave at most [m/s]; 0: whatever it is
-    waits: int  # problems for which the factors of islands of up to FEW_BODIES are left out
-    wait: int  # how many these were the last time
-    dear_waits: int  # the same of larger ones
-    dear_wait: int
-    sight_waits: int  # problems for which large islands are not swept beyond the budget
-    sight_wait: int  # how many these were the last time
-    rest_waits: int  # problems for which large islands at rest are not brought to rounding
-    rest_factors: int  # that were made for it since the last of these
     most_inside: int  # bodies of an island that interior points solve (``rescue``)
-    inside_waits: int  # the how manyth island that comes to ``rescue`` is solved from inside again
-    inside_in_vain: int  # times in a row that this led nowhere
     contradicted: int  # steps since a large island at rest was not solved, whose small gaps cannot all close; 0: none
+    patience: Patience
     conjugate: Conjugate
     rows: RoundRows  # of discs and spheres
     direct: Direct
@@ -139,10 +132,7 @@ def begin_islands(network, solver):
     """Before the islands of a problem are solved: what is kept of the one before."""
     network.tol = solver.tol
     recall_graph(network, solver.direct)
-    solver.waits = max(0, solver.waits - 1)
-    solver.dear_waits = max(0, solver.dear_waits - 1)
-    solver.rest_waits = max(0, solver.rest_waits - 1)
-    solver.sight_waits = max(0, solver.sight_waits - 1)
+    begin_problem(solver.patience)
 
 
 @kernel
@@ -166,7 +156,7 @@ def solve_island(network, solver, desk, k, is_next, d, n):
             most = affordable_factors(solver, bodies)
             has_room = solve_directly(network, solver, desk, k, goal, most, d, n)
             if has_room:  # where that did not come to the goal either, the rest of the budget is spent
-                note_outcome(solver, bodies, islands.residual[k] <= goal, islands.factors[k])
+                note_factors(solver.patience, bodies, islands.residual[k] <= goal, islands.factors[k])
                 sweep_in_rounds(network, solver, k, goal, False, d, n)
     floor = ROUNDED if bodies <= FEW_BODIES else ROUNDED_OF_MANY
     if has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
@@ -230,27 +220,28 @@ def may_factorise(network, solver, k, d, n):
     bodies = bodies_of(network, k)
     if bodies <= EXACT_BODIES:
         return True
+    patience = solver.patience
     if bodies <= FEW_BODIES:
-        return solver.waits == 0
-    return solver.dear_waits == 0 and (solver.dear_wait == 0 or is_calm(network, k, d, n))
+        return patience.left[FACTORS] == 0
+    is_new = patience.wait[MANY_FACTORS] == 0
+    return patience.left[MANY_FACTORS] == 0 and (is_new or is_calm(network, k, d, n))
 
 
 @kernel
 def polish(network, solver, desk, k, floor, is_direct, d, n):
     """Bring island k, solved to the tolerance, to rounding: where factors are due, and a large one that is at rest."""
-    islands, bodies, made = network.islands, bodies_of(network, k), desk.factors
-    is_resting = solver.rest_waits == 0 and may_rest(network, solver, k, d) and is_at_rest(network, k, n)
+    islands, patience, made = network.islands, solver.patience, desk.factors
+    is_resting = patience.left[AT_REST] == 0 and may_rest(network, solver, k, d) and is_at_rest(network, k, n)
     if not is_direct and not is_resting:
         return True
     most = min(solver.most_factors, RETRY_FACTORS) if is_resting else POLISH_FACTORS
     if not solve_directly(network, solver, desk, k, floor, most, d, n):
         return False
+    made, is_round, bodies = desk.factors - made, islands.residual[k] <= floor, bodies_of(network, k)
     if is_resting:
-        solver.rest_factors += desk.factors - made
-        if solver.rest_factors > FACTORS_TO_REST:
-            solver.rest_waits, solver.rest_factors = bodies // BODIES_A_WAIT, 0
+        note_outcome(patience, AT_REST, False, made, bodies // BODIES_A_WAIT)  # what rests asks for no more
     else:
-        note_outcome(solver, bodies, islands.residual[k] <= floor, desk.factors - made)
+        note_factors(patience, bodies, is_round, made)
     return True
 
 
@@ -266,7 +257,7 @@ def affordable_factors(solver, bodies):
     """How many an island of so many bodies is given: few of a large one where they led nowhere the last time."""
     if bodies <= FEW_BODIES:
         return solver.most_factors
-    return min(solver.most_factors, RETRY_FACTORS if solver.dear_wait > 0 else LARGE_FACTORS)
+    return min(solver.most_factors, RETRY_FACTORS if solver.patience.wait[MANY_FACTORS] > 0 else LARGE_FACTORS)
 
 
 @kernel
@@ -285,17 +276,15 @@ def is_calm(network, k, d, n):
 
 
 @kernel
-def note_outcome(solver, bodies, is_solved, made):
-    """After factors of a large island that led nowhere, leave them out for some times as many problems as the last
-    time; where they are dear, one that led somewhere does not begin all that anew, and after many they wait for calm.
-    """
+def note_factors(patience, bodies, is_solved, made):
+    """Note what factors of an island of so many bodies led to. Where there are many, and those that led somewhere were
+    many too, the next ones wait until it is calm."""
     if bodies > FEW_BODIES:
-        left = max(solver.dear_wait // DEAR_ABSENCE_GROWTH, 1 if made > RETRY_FACTORS else 0)
-        solver.dear_waits = 0 if is_solved else min(DEAR_ABSENCE_GROWTH * solver.dear_wait + 1, LONGEST_ABSENCE)
-        solver.dear_wait = left if is_solved else solver.dear_waits
+        note_outcome(patience, MANY_FACTORS, is_solved, made, 1)
+        if made > RETRY_FACTORS:
+            patience.wait[MANY_FACTORS] = max(1, patience.wait[MANY_FACTORS])
     elif bodies > EXACT_BODIES:
-        solver.waits = 0 if is_solved else min(ABSENCE_GROWTH * solver.wait + 1, LONGEST_ABSENCE)
-        solver.wait = solver.waits
+        note_outcome(patience, FACTORS, is_solved, made, 1)
 
 
 @kernel
@@ -382,7 +371,7 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
     if omega > 0.0 and solver.approach > 0.0:
         deepest = max(most_sweeps, SWEEPS_WHERE_DEEP * solver.most_sweeps)
     is_long = False
-    if omega > 1.0 and (solver.sight_waits == 0 or bodies_of(network, k) <= EXACT_BODIES):
+    if omega > 1.0 and (solver.patience.left[LONG_SWEEPS] == 0 or bodies_of(network, k) <= EXACT_BODIES):
         longest = max(most_sweeps, PAYING_SWEEPS * solver.most_sweeps)
     while done < budget and is_hopeful and not least <= goal:
         most = min(FIRST_ROUND if done == 0 else ROUND, budget - done)
@@ -404,8 +393,7 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
         is_hopeful = not may_leave or is_in_sight(error, before, count, budget - done, goal)
     islands.sweeps[k] = done
     if is_long and bodies_of(network, k) > EXACT_BODIES:
-        solver.sight_wait = 0 if least <= goal else min(2 * solver.sight_wait + 1, LONGEST_VIEW)
-        solver.sight_waits = solver.sight_wait
+        note_outcome(solver.patience, LONG_SWEEPS, least <= goal, 0, 1)
     if not error == least:
         copy_impulses(islands, k, best, network.P, d)
         judge_island(network, k, d, n)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.patience import Patience, copy_patience
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -36,26 +37,13 @@ class HeldIslands(Block):
     is_met: Array[Ints, "n_b"]
 
 
-class HeldWaits(Block):
-    """For how long solvers leave out what was in vain: not for what became of the places."""
-
-    waits: int
-    wait: int
-    dear_waits: int
-    dear_wait: int
-    sight_waits: int
-    sight_wait: int
-    rest_waits: int
-    rest_factors: int
-    contradicted: int
-
-
 class Held(Block):
     """The problem of the velocities, while that of the places is solved."""
 
     is_begun: int  # whether it is put aside: the problem of the places goes on where there was no room for its factors
     islands: HeldIslands
-    waits: HeldWaits
+    patience: Patience  # with what solvers led to: not with what became of the places
+    contradicted: int
     P: Array[Floats, "m", "d"]
     b: Array[Floats, "m", "d"]
     mu: Array[Floats, "m"]
@@ -76,7 +64,8 @@ def draw_together(progress_at, d):
         if not find_parted(found, contacts, network, moves, progress.tight):
             return 0
         copy_problem(network, held, n_c, count)
-        copy_waits(solver, held.waits)
+        copy_patience(solver.patience, held.patience)
+        held.contradicted = solver.contradicted
         write_drifts(found, contacts, network, moves, progress.dt)
         held.is_begun = 1
     if d == 2:
@@ -87,18 +76,10 @@ def draw_together(progress_at, d):
         return wanted
     take_push(network, view(places.moves, Moves))
     copy_problem(held, network, n_c, count)
-    copy_waits(held.waits, solver)
+    copy_patience(held.patience, solver.patience)
+    solver.contradicted = held.contradicted
     held.is_begun = 0
     return 0
-
-
-@kernel
-def copy_waits(source, to):
-    """Copy what one problem leaves to the next ones."""
-    to.waits, to.wait = source.waits, source.wait
-    to.dear_waits, to.dear_wait = source.dear_waits, source.dear_wait
-    to.sight_waits, to.sight_wait = source.sight_waits, source.sight_wait
-    to.rest_waits, to.rest_factors, to.contradicted = source.rest_waits, source.rest_factors, source.contradicted
 
 
 @kernel

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.patience import FACTORS, MANY_FACTORS
 from nonsmooth.contact.network.problem import worst_contact
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_INTERIOR, BY_START, BY_SWEEPS, Solver
 from nonsmooth.integrators.assembly.book import Ledger
@@ -258,7 +259,8 @@ def is_repeated(ledger, solver):
     for column in range(N_LEDGER):
         if ledger.work[column] != ledger.before[column]:
             return False
-    return solver.waits == 0 and solver.dear_waits == 0
+    left = solver.patience.left
+    return left[FACTORS] == 0 and left[MANY_FACTORS] == 0
 
 
 @kernel

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.contact.network.conjugate import conjugate_sweeps
+from nonsmooth.contact.network.patience import LONG_SWEEPS
 from nonsmooth.contact.network.problem import Network, island_velocities, prepare_planar
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
 from nonsmooth.contact.network.solve import (
@@ -162,7 +163,7 @@ def test_sweeps_go_on_while_bodies_approach_faster_than_they_should(scene):
     def left(approach):
         network = scene()
         solver = over_relaxed(network, tol=1e-12, most_sweeps=10, most_factors=0)
-        solver.approach, solver.sight_waits = approach, 2
+        solver.approach, solver.patience.left[LONG_SWEEPS] = approach, 2
         solve(network, solver)
         count = network.islands.count
         assert (judge(network) == network.islands.residual[:count]).all() and count == 1

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from nonsmooth.contact.network.patience import FACTORS, MANY_FACTORS
 from nonsmooth.contact.network.problem import prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import (
@@ -126,7 +127,7 @@ def test_factors_of_some_bodies_say_nothing_of_those_of_many(is_first):
     solver = solver_of(network, tol=1e-9, most_sweeps=1, most_factors=3)
     assert solve(network, solver) == 0
     assert sorted(said(network, "is_met")) == [0, 1] and said(network, "rung") == [BY_FACTORS] * 2
-    assert (solver.waits, solver.dear_waits) == (0, 1)
+    assert (solver.patience.left[FACTORS], solver.patience.left[MANY_FACTORS]) == (0, 1)
     network.v_free[:, 0] += 1e-3
     prepare(network)
     assert solve(network, solver) == 0 and sorted(said(network, "rung")) == [BY_SWEEPS, BY_FACTORS]
@@ -138,7 +139,9 @@ def test_many_boxes_that_took_many_factors_get_more_once_they_are_calm(push, run
     network = pyramid(21)
     solver = solver_of(network, tol=1e-9, most_sweeps=5)
     assert solve(network, solver) == 0 and said(network, "is_met") == [1]
-    assert said(network, "factors")[0] > RETRY_FACTORS and (solver.dear_waits, solver.dear_wait) == (0, 1)
+    patience = solver.patience
+    assert said(network, "factors")[0] > RETRY_FACTORS
+    assert (patience.left[MANY_FACTORS], patience.wait[MANY_FACTORS]) == (0, 1)
     network.v_free[:-1, 0] += push
     prepare(network)
     assert solve(network, solver) == 0 and said(network, "rung") == [rung]
