@@ -66,7 +66,7 @@ def sweep_some(rows, c, mu, P, gamma, rho, tol, most):
     if norm < 0.0:
         return 0, math.inf, math.inf
     for count in range(1, most + 1):
-        change = math.sqrt(sweep(rows, c, mu, rho, P, 1.0)) / norm
+        change = math.sqrt(sweep(rows, c, mu, rho, P)) / norm
         if change <= tol:
             put_on_cones(mu, P, dim)
             velocity(G, indices, indptr, c, P, gamma)

@@ -1,9 +1,9 @@
 """Nonsmooth Gauss-Seidel: one contact after the other is solved exactly, the others held fixed.
 
-    b_i = c_i + sum over j != i of G_ij P_j,    P_i <- (1 - omega) P_i + omega solution(G_ii, b_i, mu_i)
+    b_i = c_i + sum over j != i of G_ij P_j,    P_i <- solution(G_ii, b_i, mu_i)
 
 A sweep costs one product G P and n_c single contacts. It converges for most rigid-body problems, linearly, and slowly
-where G has no full rank or the masses differ much. omega > 1 (over-relaxation) is followed by a projection on the cone.
+where G has no full rank or the masses differ much.
 
 Source: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257; Acary and Brogliato (2008), section 13.7.
 """
@@ -16,11 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.single_spatial import local_spatial
 from nonsmooth.contact.planar.single import stick
-from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
 
 MEASURED_EVERY = 25  # chosen: sweeps between two measurements of the error, and two looks at the clock
@@ -32,20 +30,13 @@ class NSGS:
 
     Parameters
     ----------
-    omega : float
-        Relaxation factor in (0, 2) [-].
     max_sweeps : int
         Sweeps after which the best iterate is returned.
     """
 
-    omega: float = 1.0
     max_sweeps: int = 10_000
 
     name = "nsgs"
-
-    def __post_init__(self) -> None:
-        if not 0 < self.omega < 2:
-            raise InvalidInput(f"omega must lie in (0, 2); got {self.omega:g}")
 
     def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from P; returns the best iterate found and the number of sweeps."""
@@ -54,7 +45,7 @@ class NSGS:
         P, best, least, total = P.copy(), P, np.inf, 0
         while total < self.max_sweeps:
             most = min(MEASURED_EVERY - total % MEASURED_EVERY, self.max_sweeps - total)
-            sweeps, change = nsgs(rows, problem.c, problem.mu, stretch, P, self.omega, tol, most)
+            sweeps, change = nsgs(rows, problem.c, problem.mu, stretch, P, tol, most)
             total, error = total + sweeps, problem.error(P)
             if error < least:
                 best, least = P.copy(), error
@@ -93,8 +84,8 @@ def local_planar(G, k, b_N, b_T, mu):
 
 
 @kernel
-def relax(G, k, i, b, mu, omega, P):
-    """Solve contact i with diagonal block G[k] and free velocity b, relax, write P_i; the square of its change."""
+def relax(G, k, i, b, mu, P):
+    """Solve contact i with diagonal block G[k] and free velocity b, write P_i; the square of its change."""
     dim = G.shape[1]
     at = i * dim
     if dim == 2:
@@ -107,8 +98,6 @@ def relax(G, k, i, b, mu, omega, P):
     d_N = P_N - P[at]
     d_1 = P_1 - P[at + 1]
     d_2 = P_2 - old_2
-    if omega != 1.0:
-        P_N, P_1, P_2 = cone_project(mu, P[at] + omega * d_N, P[at + 1] + omega * d_1, old_2 + omega * d_2)
     P[at] = P_N
     P[at + 1] = P_1
     if dim == 3:
@@ -117,8 +106,8 @@ def relax(G, k, i, b, mu, omega, P):
 
 
 @kernel
-def sweep(rows, c, mu, stretch, P, omega):
-    """Relax every contact once; returns sum (stretch |change|)^2, which the natural map follows."""
+def sweep(rows, c, mu, stretch, P):
+    """Solve every contact once; returns sum (stretch |change|)^2, which the natural map follows."""
     G, indices, indptr = rows
     dim = G.shape[1]
     total = 0.0
@@ -138,23 +127,23 @@ def sweep(rows, c, mu, stretch, P, omega):
                 b_N += G[k, 0, 2] * P[j + 2]
                 b_1 += G[k, 1, 2] * P[j + 2]
                 b_2 += G[k, 2, 0] * P[j] + G[k, 2, 1] * P[j + 1] + G[k, 2, 2] * P[j + 2]
-        change = relax(G, own, i, (b_N, b_1, b_2), mu[i], omega, P)
+        change = relax(G, own, i, (b_N, b_1, b_2), mu[i], P)
         total += stretch[i] * stretch[i] * change
     return total
 
 
 @kernel(
     "Tuple((int64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
-    " float64[::1], float64[::1], float64, float64, int64)",
+    " float64[::1], float64[::1], float64, int64)",
     takes_arrays=True,
 )
-def nsgs(rows, c, mu, stretch, P, omega, tol, most):
+def nsgs(rows, c, mu, stretch, P, tol, most):
     """Sweep until the change is below tol, ``most`` times at most; returns the sweeps and the square of the change.
 
     rows = (G, indices, indptr); stretch = weight rho makes a change of impulses one of the natural map.
     """
     for count in range(1, most + 1):
-        change = sweep(rows, c, mu, stretch, P, omega)
+        change = sweep(rows, c, mu, stretch, P)
         if change <= tol * tol or count == most:
             return count, change
     return 0, 0.0

@@ -200,15 +200,6 @@ def test_planar_lcp_is_exact():
     assert solve_contact(G, c, mu, 2, solver="lcp", tol=1e-11).success
 
 
-@pytest.mark.parametrize("omega", [0.7, 1.3])
-def test_relaxed_sweeps_reach_the_solution(omega):
-    from nonsmooth.contact.blocks.nsgs import NSGS
-
-    problem, _ = scale_problem(check_problem(*assembly(3, 6, 5, 3), 3))
-    P, _ = NSGS(omega=omega).run(problem, np.zeros(problem.n), 1e-9)
-    assert problem.error(P) <= 1e-9
-
-
 def test_a_guess_at_the_solution_costs_no_work():
     G, c, mu = assembly(3, 6, 5, 3)
     first = solve_contact(G, c, mu, 3, tol=1e-12)
