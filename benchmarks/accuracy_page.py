@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 
 from nonsmooth.studies.work_precision_result import WorkPrecision
 
+COLUMNS = 100  # chosen: of a line of Markdown (tests/test_house.py)
 TARGETS = (1e-4, 1e-6)  # errors at which programs are compared
 METHOD = """\
 interleaved repeats, time of the loop over the steps alone. The error is the mean distance of the positions to the
@@ -29,10 +32,13 @@ OWN = ("Adaptive", "EventDriven", "MoreauJean")
 
 def page(study: WorkPrecision, machine: str, figure: str, repeats: int) -> str:
     """The whole page."""
+    said = (
+        f"Made by `python -m benchmarks accuracy --peers --out docs/benchmarks/accuracy.md` on {machine}; "
+        f"medians of {repeats} {METHOD}"
+    )
     parts = [
         "# Run time against error",
-        f"Made by `python -m benchmarks accuracy --peers --out docs/benchmarks/accuracy.md` on {machine}; "
-        f"medians of {repeats} {METHOD}",
+        *(textwrap.fill(part, COLUMNS, break_long_words=False, break_on_hyphens=False) for part in said.split("\n\n")),
         f"![error against wall time]({figure})",
         f"![error against force evaluations]({figure.replace('.png', '_evaluations.png')})",
     ]

@@ -23,17 +23,20 @@ RANDOM_SYSTEMS = 300
 HEADER = "| case | integrator | steps | depth [m] | residual | ledger | momentum | invariant | |"
 INTRODUCTION = """# Stress: hard cases, and what is left of their invariants
 
-Each row is a motion of which something is known: that nothing moves, where a block stops, what is conserved. The
-columns are the deepest penetration, the worst residual of an accepted contact problem, the error of the energy ledger
-and of the momentum balance over all that was booked, and the error of the case's own invariant. A figure beyond its
-bound is bold, with the bound beside it, and the row says *fails*. The bounds are derived where the cases are written
-(`benchmarks/stress_*.py`); a dash means that the case or the integrator has no such figure. An integrator stands
-only in the rows that it claims: `EventDriven` enumerates at most 8 frictional contacts at rest, the Jacobian of
-`Penalty` is dense, and rows that look at a fixed step are those of `MoreauJean`.
-A residual of 1e-9 is also that of impulses whose rounding hides what they leave (docs/theory/moreau_jean.md).
+Each row is a motion of which something is known: that nothing moves, where a block stops, what is
+conserved. The columns are the deepest penetration, the worst residual of an accepted contact
+problem, the error of the energy ledger and of the momentum balance over all that was booked, and
+the error of the case's own invariant. A figure beyond its bound is bold, with the bound beside it,
+and the row says *fails*. The bounds are derived where the cases are written
+(`benchmarks/stress_*.py`); a dash means that the case or the integrator has no such figure. An
+integrator stands only in the rows that it claims: `EventDriven` enumerates at most 8 frictional
+contacts at rest, the Jacobian of `Penalty` is dense, and rows that look at a fixed step are those
+of `MoreauJean`. A residual of 1e-9 is also that of impulses whose rounding hides what they leave
+(docs/theory/moreau_jean.md).
 
-This page is written by `python -m benchmarks stress docs/benchmarks/stress.md docs/figures`; `tests/stress` holds the
-small cases to the same bounds in every run of the tests, `pytest -m slow tests/stress` the long ones.
+This page is written by `python -m benchmarks stress docs/benchmarks/stress.md docs/figures`;
+`tests/stress` holds the small cases to the same bounds in every run of the tests,
+`pytest -m slow tests/stress` the long ones.
 """
 
 

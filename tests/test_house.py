@@ -141,3 +141,33 @@ def test_kernels_take_few_arguments_and_none_that_the_system_has():
     assert [(file, name) for file, name, given in kernels if "has" in given] == []
     beside = {"kinds", "laws"}
     assert [(file, name) for file, name, given in kernels if "sys" in given and beside & set(given)] == []
+
+
+COLUMNS = 100  # of a line of Markdown, so that a diff shows something
+WHOLE = re.compile(r"`[^`]+`|\$[^$]+\$|\]\([^)]*\)")  # code, formulas and the targets of links are not parted
+
+
+def pages():
+    made = {"generated", "_build", "examples"}
+    return [*ROOT.glob("*.md"), *(page for page in (ROOT / "docs").rglob("*.md") if not made & set(page.parts))]
+
+
+def long_lines(text):
+    """Numbers of the lines that are too long and could be parted: no tables, headings, code or formulas."""
+    fence, found = "", []  # what ends the code or the formula that a line stands in
+    for number, line in enumerate(text.splitlines(), 1):
+        begin, code = line.lstrip(), re.match(r" *(```+|~~~+)|    ", line)
+        if fence:
+            fence = "" if fence in line else fence
+        elif code or begin.startswith("$$"):
+            fence = code[1] or "" if code else "$$" * (begin.count("$$") == 1)
+        elif len(line) > COLUMNS and not begin.startswith(("|", "#")):
+            words = WHOLE.sub("whole", re.sub(r"^([-*+]|\d+\.) +", "", begin))
+            found += [number] if " " in words else []
+    return found
+
+
+def test_lines_of_markdown_fit_into_a_diff():
+    assert not {str(page.relative_to(ROOT)): lines for page in pages() if (lines := long_lines(page.read_text()))}
+    word, code = "a" * 60, f"`{'b c ' * 40}`"
+    assert long_lines(f"{word} {word}\n- {code}\n{word} {code}\n| {code} |\n```\n{word} {word}\n```") == [1, 3]
