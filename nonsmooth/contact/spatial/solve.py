@@ -116,7 +116,7 @@ def sweep_long(rows, c, mu, P, gamma, rho):
     """Sweep until the residual is accepted: redundant contacts may give Newton's method no step."""
     norm, error = measure_sizes(rows, c, rho), math.inf
     for _ in range(MOST_SWEEPS if norm > 0.0 else 0):
-        if math.sqrt(sweep(rows, c, mu, rho, P, 1.0)) <= ACCEPTED_RESIDUAL * norm:
+        if math.sqrt(sweep(rows, c, mu, rho, P)) <= ACCEPTED_RESIDUAL * norm:
             put_on_cones(mu, P, ROWS)
             velocity(rows[0], rows[1], rows[2], c, P, gamma)
             error = error_of(mu, rho, P, gamma, ROWS)[0] / norm
