@@ -62,6 +62,8 @@ _HOME = {
     "Auto": "runs.choice",
     "classify": "paradox.classify",
     "Classification": "paradox.classify",
+    "SpatialClassification": "paradox.in_space",
+    "SpatialSolution": "paradox.in_space",
     "ParadoxKind": "paradox.kinds",
     "ParadoxFlag": "paradox.kinds",
     "ImpactLaw": "mechanics.laws",

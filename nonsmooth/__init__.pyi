@@ -72,6 +72,8 @@ from nonsmooth.paradox.classify import Classification as Classification
 from nonsmooth.paradox.classify import classify as classify
 from nonsmooth.paradox.friction import critical_friction as critical_friction
 from nonsmooth.paradox.friction import least_critical_friction as least_critical_friction
+from nonsmooth.paradox.in_space import SpatialClassification as SpatialClassification
+from nonsmooth.paradox.in_space import SpatialSolution as SpatialSolution
 from nonsmooth.paradox.kinds import ParadoxFlag as ParadoxFlag
 from nonsmooth.paradox.kinds import ParadoxKind as ParadoxKind
 from nonsmooth.results.events import Event as Event

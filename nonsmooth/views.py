@@ -35,6 +35,8 @@ VIEWS: dict[str, dict[str, str]] = {
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
     "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary",
                        "html": "results.wording.as_lines"},
+    "SpatialClassification": {"text": "paradox.text.spatial_text", "dictionary": "paradox.text.spatial_dictionary",
+                              "html": "results.wording.as_lines"},
     "AveragedMotion": {"plot": "drawing.stability_plots.plot_averaged_motion"},
     "EigenPath": {"plot": "drawing.stability_plots.plot_eigen_path"},
     "stability map": {"plot": "drawing.stability_plots.plot_stability_map"},

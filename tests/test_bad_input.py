@@ -251,7 +251,8 @@ FILES = {  # what a call reads has to be there
 # What the library makes and users only read.
 RECORDS = {"TimedMotion", "OwnMethod"}  # of what work_precision compares, which checks them
 RESULTS = {
-    "Stats", "Event", "ParadoxEvent", "Classification", "Episode", "Study", "LCPResult", "ContactResult", "Equilibrium",
+    "Stats", "Event", "ParadoxEvent", "Classification", "SpatialClassification", "SpatialSolution", "Episode", "Study",
+    "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
     "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointImpulses",

@@ -95,9 +95,11 @@ def act_classify(arguments: argparse.Namespace) -> int:
     if arguments.plot:
         require_module("matplotlib", "plot", "figures")
     q, u = initial_state(model, arguments)
-    from nonsmooth.paradox.classify import classify
+    from nonsmooth.paradox.classify import Classification, classify
 
     classification = classify(model, arguments.t, q, u, restitution=arguments.restitution)
+    if arguments.plot and not isinstance(classification, Classification):
+        raise InvalidInput("--plot draws the problem of planar friction; this system has friction in two directions")
 
     def results() -> dict[str, Any]:
         return classification.to_dict() | {"units": units_of_state(model) | UNITS}
@@ -110,6 +112,7 @@ def act_classify(arguments: argparse.Namespace) -> int:
 
         closed = [i for i, mode in enumerate(classification.mode) if mode != "open"]
         title = f"{arguments.model}: {classification.kind.name.lower()}"
+        assert isinstance(classification, Classification)
         plot_graphical_problem([(title, classification)], arguments.plot, closed[0] if closed else 0)
         tell_file(arguments, "figure", arguments.plot)
     return 0

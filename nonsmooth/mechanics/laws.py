@@ -177,8 +177,8 @@ class Friction(FrictionLaw):
     >>> import nonsmooth as ns
     >>> def leine(v, p):
     ...     return p.mu / (1.0 + 3.0 * v)
-    >>> ns.Contact(mu=ns.Friction(leine))
-    Contact(mu=Friction(leine), e_N=0.0, e_F=0.0, bilateral=False, normal_force=False, impact=None, name='')
+    >>> ns.Contact(mu=ns.Friction(leine)).law
+    Friction(leine)
     """
 
     function: Callable[..., Any]

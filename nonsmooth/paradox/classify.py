@@ -24,6 +24,7 @@ from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, forms_of, start_of
 from nonsmooth.mechanics.system import BILATERAL
 from nonsmooth.paradox.alternatives import ImpactAlternative
+from nonsmooth.paradox.in_space import SpatialClassification, classify_in_space
 from nonsmooth.paradox.judgement import (
     Judgement,
     all_or_unknown,
@@ -185,7 +186,8 @@ class Classification:
 
 @answers_start
 def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state: Any = None,
-             restitution: float | None = None, tolerance: float = 1e-9) -> Classification:  # fmt: skip
+             restitution: float | None = None, tolerance: float = 1e-9
+             ) -> Classification | SpatialClassification:  # fmt: skip
     """Find every solution of the contact problem at a state, and classify it.
 
     Parameters
@@ -206,7 +208,9 @@ def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state
 
     Returns
     -------
-    Classification
+    Classification or SpatialClassification
+        The latter of a system with friction in two directions: its p and b along the slide, and all solutions where
+        they are known.
 
     Raises
     ------
@@ -242,6 +246,12 @@ def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state
     q, u = as_vector("q", q, system.n_q), as_vector("u", u, system.n_u)
     tolerance = as_fraction("tolerance", tolerance)
     e = None if restitution is None else as_fraction("restitution", restitution)
+    if system.d > 1:
+        if e is not None:
+            raise InvalidInput(
+                "impacts without collision are not listed for friction in two directions; leave out restitution="
+            )
+        return classify_in_space(system, t, q, u, tolerance)
     judged = Judgement(forces_found(system, t, q, u), e)
     n_solutions, is_complete = judged.count()
     return Classification(t, q, u, kind_of(n_solutions, is_complete), n_solutions, is_complete, judged, tolerance)

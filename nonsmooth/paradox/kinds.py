@@ -30,6 +30,7 @@ class ParadoxFlag(IntFlag):
     REVERSE_CHATTER = 8  # bounces that grow out of a contact at rest coexist with sticking
     CONTACT_FLUTTER = 16  # a solution that a stiff contact leaves unless it is damped enough
     JAMMED = 32  # no forces, and no impact either: self-locking
+    PAINLEVE = 64  # friction in two directions: p <= 0 for the present slip, at rest for some direction
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from nonsmooth.paradox.stability import Stability
 if TYPE_CHECKING:
     from nonsmooth.paradox.alternatives import ImpactAlternative
     from nonsmooth.paradox.classify import Classification
+    from nonsmooth.paradox.in_space import SpatialClassification
     from nonsmooth.paradox.kinds import ContactIsland, ForceSolution
 
 MEANING = {
@@ -32,6 +33,7 @@ FLAGS = {
     "REVERSE_CHATTER": "sticking coexists with bounces that grow out of it (reverse chatter)",
     "CONTACT_FLUTTER": "a solution flutters unless the contact is damped enough",
     "JAMMED": "jammed: neither forces nor an impact solve it",
+    "PAINLEVE": "p <= 0: more normal force presses the bodies together",
 }
 SOLUTIONS_SHOWN = 16  # chosen: solutions printed
 
@@ -54,6 +56,40 @@ def as_text(c: Classification) -> str:
         lines += ["", "impact without collision (impulses in N s, velocities after it in m/s)"]
         lines += _table(_impact_rows(c.impacts[:SOLUTIONS_SHOWN]), IMPACT_HEAD)
     return "\n".join(lines)
+
+
+def spatial_text(c: SpatialClassification) -> str:
+    """What is known of a state with friction in two directions."""
+    lines = [f"{c.kind.name}: {MEANING[c.kind.name].format(n=c.n_solutions)}"]
+    for i, (name, mode) in enumerate(zip(c.contacts, c.mode, strict=True)):
+        way = f" along ({c.direction[i, 0]:.6g}, {c.direction[i, 1]:.6g})" if mode == "sliding" else ""
+        known = f", p = {c.p[i]:.6g} 1/kg, b = {c.b[i]:.6g} m/s^2" if np.isfinite(c.p[i]) else ""
+        lines.append(f"  {name}: {mode}{way}{known}")
+    lines += [f"  ! {FLAGS[flag.name]}" for flag in type(c.flags) if flag & c.flags and flag.name]
+    if c.solutions:
+        head = ("", "mode", "la_N", "la_F")
+        rows: list[tuple[str, ...]] = [
+            (f"{j + 1}", " | ".join(one.modes), _numbers(one.la[:, 0]), " | ".join(_pair(la[1:]) for la in one.la))
+            for j, one in enumerate(c.solutions[:SOLUTIONS_SHOWN])
+        ]
+        lines += ["", "solutions (forces in N)", *_table(rows, head)]
+    return "\n".join(lines)
+
+
+def _pair(values: np.ndarray) -> str:
+    return f"({', '.join(f'{value + 0.0:.6g}' for value in values)})"
+
+
+def spatial_dictionary(c: SpatialClassification) -> dict[str, Any]:
+    """Plain lists, numbers and strings."""
+    return {
+        "t": c.t, "kind": c.kind.name, "n_solutions": c.n_solutions, "is_complete": c.is_complete,
+        "flags": [flag.name for flag in type(c.flags) if flag & c.flags], "mode": list(c.mode),
+        **{name: getattr(c, name).tolist() for name in ("q", "u", "gamma_N", "gamma_F", "direction", "mu", "b", "p")},
+        "solutions": [
+            {"modes": list(one.modes), "la": one.la.tolist(), "du": one.du.tolist()} for one in c.solutions
+        ],
+    }  # fmt: skip
 
 
 def _island_line(c: Classification, island: ContactIsland) -> str:

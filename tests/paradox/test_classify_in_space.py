@@ -1,0 +1,191 @@
+"""Classification of states with friction in two directions, against closed forms and a search of all directions."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+
+FLAG = ns.ParadoxFlag
+
+
+class Contact3(NamedTuple):
+    """One contact by its Delassus matrix G (row by row) and its free accelerations c = (b, a_1, a_2)."""
+
+    mu: float
+    G: np.ndarray
+    c: np.ndarray
+
+
+def of_matrix(G, c, mu):
+    """A system with coordinates (N, T1, T2): M = G^-1 and h = M c."""
+    M_0 = np.linalg.inv(G)
+    h_0 = M_0 @ c
+
+    def mass(t, q, p, M):
+        M[:] = M_0
+
+    def force(t, q, u, p, h):
+        h[:] = h_0
+
+    def gap(t, q, p, g_N):
+        g_N[0] = q[0]
+
+    def tangent(t, q, p, W_F):
+        W_F[0, 0, 1], W_F[0, 1, 2] = 1.0, 1.0
+
+    return ns.System(n_q=3, mass=mass, force=force, gap=gap, tangent=tangent,
+                     contacts=[ns.Contact(mu=mu, directions=2)])  # fmt: skip
+
+
+def classified(G, c, mu, slip=(0.0, 0.0)):
+    return ns.classify(of_matrix(np.array(G), np.array(c), mu), 0.0, [0, 0, 0], [0.0, *slip])
+
+
+COUPLED = [[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 1.0]]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 1.4, 2.5, -2.0])
+@pytest.mark.parametrize("b", [-1.0, 0.5])
+def test_p_along_the_slide_decides_how_many_forces_there_are(angle, b):
+    """p = G_NN - mu G_NT d; p > 0: one; p < 0: none with b < 0, two with b > 0."""
+    d = np.array([math.cos(angle), math.sin(angle)])
+    c = classified(COUPLED, [b, 0.0, 0.0], 2.0, 3.0 * d)
+    p = 1.0 - 2.0 * 0.8 * d[0]
+    assert c.p[0] == pytest.approx(p, abs=1e-12) and c.b[0] == pytest.approx(b, abs=1e-12)
+    assert c.n_solutions == (1 if p > 0 else 0 if b < 0 else 2) and c.is_complete
+    assert bool(c.flags & FLAG.PAINLEVE) == (p <= 0)
+    assert c.mode == ("sliding",)
+    np.testing.assert_allclose(c.direction[0], d, atol=1e-12)
+    for solution in c.solutions:
+        if solution.modes == ("slide",):
+            np.testing.assert_allclose(solution.la[0, 0], -b / p, rtol=1e-12)
+            np.testing.assert_allclose(solution.la[0, 1:], -2.0 * solution.la[0, 0] * d, rtol=1e-12)
+
+
+def acceleration(G, c, la):
+    return G @ la + c
+
+
+def slides_by_scan(G, c, mu, n=20_001):
+    """Slides from rest by a scan over the direction of gamma_T', without the quartic: la_N = -b/p along it, and the
+    acceleration must be that direction; sign changes of the cross product, where it is no reversal."""
+    angles = np.linspace(-math.pi, math.pi, n)
+    d = np.stack([np.cos(angles), np.sin(angles)])
+    p = G[0, 0] - mu * G[0, 1:] @ d
+    la_N = -c[0] / p
+    T = c[1:, None] + la_N * (G[1:, :1] - mu * G[1:, 1:] @ d)
+    cross, ahead = d[0] * T[1] - d[1] * T[0], d[0] * T[0] + d[1] * T[1]
+    turns = (cross[:-1] * cross[1:] < 0) & (la_N[:-1] > 0) & (la_N[1:] > 0) & (ahead[:-1] > 0)
+    return int((turns & (p[:-1] * p[1:] > 0)).sum())
+
+
+def test_all_solutions_at_rest_are_those_that_a_scan_of_directions_finds():
+    """300 random contacts, mu up to three times where p = 0; every solution satisfies the laws to 1e-9."""
+    rng, several = np.random.default_rng(5), 0
+    for _ in range(300):
+        A = rng.normal(size=(3, 3))
+        G, c = A @ A.T + 0.05 * np.eye(3), rng.normal(size=3)
+        mu = rng.uniform(0.0, 3.0) * G[0, 0] / np.linalg.norm(G[0, 1:])
+        found = classified(G, c, mu)
+        stick = -np.linalg.solve(G, c)
+        sticks = stick[0] > 0 and np.linalg.norm(stick[1:]) < mu * stick[0]
+        assert found.is_complete
+        assert found.n_solutions == int(c[0] > 0) + int(sticks) + slides_by_scan(G, c, mu)
+        several += found.n_solutions > 1
+        for solution in found.solutions:
+            la = solution.la[0]
+            a = acceleration(G, c, la)
+            assert la[0] >= 0 and a[0] >= -1e-9 and abs(la[0] * a[0]) < 1e-9 * (1 + la[0])
+            assert np.linalg.norm(la[1:]) <= mu * la[0] * (1 + 1e-12)
+            if solution.modes == ("slide",):
+                assert np.linalg.norm(la[1:]) == pytest.approx(mu * la[0], rel=1e-12)
+                assert la[1:] @ a[1:] == pytest.approx(-np.linalg.norm(la[1:]) * np.linalg.norm(a[1:]), rel=1e-7)
+            if solution.modes == ("stick",):
+                assert np.abs(a).max() < 1e-9 * (1 + np.abs(la).max())
+    assert several > 10
+
+
+def test_three_slides_at_once_are_found_where_no_p_is_negative():
+    """mu below G_NN/|G_NT| for every direction, so that no slide has p <= 0, and yet several solutions."""
+    rng, found = np.random.default_rng(0), 0
+    for _ in range(20_000):
+        A = rng.normal(size=(3, 3))
+        G, c = A @ A.T, rng.normal(size=3) * 10.0 ** rng.uniform(-1, 1, size=3)
+        mu = 0.97 * G[0, 0] / np.linalg.norm(G[0, 1:])
+        if c[0] < 0 and slides_by_scan(G, c, mu, 361) > 1 and slides_by_scan(G, c, mu) > 1:
+            c_ = classified(G, c, mu)
+            assert c_.n_solutions >= 2 and not c_.flags & FLAG.PAINLEVE
+            found += 1
+        if found == 2:
+            return
+    raise AssertionError("no such contact was met")
+
+
+def test_a_state_that_is_open_has_its_free_motion():
+    system = of_matrix(np.eye(3), np.array([-1.0, 0.2, 0.3]), 0.5)
+    c = ns.classify(system, 0.0, [1.0, 0, 0], [0, 0, 0])
+    assert c.mode == ("open",) and c.n_solutions == 1 and c.kind == ns.ParadoxKind.REGULAR
+    np.testing.assert_allclose(c.solutions[0].du, [-1.0, 0.2, 0.3])
+    assert np.isnan(c.p[0]) and np.isnan(c.direction).all()
+
+
+def test_what_lands_or_penetrates_is_refused():
+    system = of_matrix(np.eye(3), np.array([-1.0, 0, 0]), 0.5)
+    with pytest.raises(ns.InvalidInput, match="an impact comes first"):
+        ns.classify(system, 0.0, [0, 0, 0], [-1.0, 0, 0])
+    with pytest.raises(ns.InvalidInput, match="penetrates"):
+        ns.classify(system, 0.0, [-0.1, 0, 0], [0, 0, 0])
+    with pytest.raises(ns.InvalidInput, match="leave out restitution="):
+        ns.classify(system, 0.0, [0, 0, 0], [0, 0, 0], restitution=0.5)
+
+
+def two_blocks(mu_2, directions=2):
+    """Two tips with one Delassus matrix each, or coupled where a spring of inertia joins them."""
+    M_0 = np.zeros((6, 6))
+    M_0[:3, :3] = M_0[3:, 3:] = np.linalg.inv(COUPLED)
+
+    def mass(t, q, p, M):
+        M[:] = M_0
+
+    def force(t, q, u, p, h):
+        h[:3], h[3:] = -M_0[:3, 0], -M_0[3:, 3]
+
+    def gap(t, q, p, g_N):
+        g_N[0], g_N[1] = q[0], q[3]
+
+    def tangent(t, q, p, W_F):
+        for k in range(2):
+            W_F[k, 0, 3 * k + 1], W_F[k, 1, 3 * k + 2] = 1.0, 1.0
+
+    return ns.System(n_q=6, mass=mass, force=force, gap=gap, tangent=tangent,
+                     contacts=[ns.Contact(mu=2.0, directions=2), ns.Contact(mu=mu_2, directions=2)])  # fmt: skip
+
+
+def test_contacts_that_do_not_touch_one_another_are_decided_apart():
+    """The first slides where p < 0 and b < 0: none for both, whatever the second one has."""
+    c = ns.classify(two_blocks(0.5), 0.0, 6 * [0.0], [0, 1.0, 0, 0, 0, 0])
+    assert (c.n_solutions, c.is_complete, c.kind) == (0, True, ns.ParadoxKind.INCONSISTENT)
+    both = ns.classify(two_blocks(1.0), 0.0, 6 * [0.0], [0, 0, 1.0, 0, 0, 0])
+    assert both.n_solutions == 1 and both.solutions[0].modes == ("slide", "stick")
+
+
+def test_the_words_and_the_data_of_a_classification():
+    c = classified(COUPLED, [-1.0, 0, 0], 2.0, (1.0, 0.0))
+    assert str(c).splitlines()[0] == "INCONSISTENT: no contact force fits this state"
+    assert "sliding along (1, 0), p = -0.6 1/kg, b = -1 m/s^2" in str(c)
+    assert "! p <= 0" in str(c)
+    data = c.to_dict()
+    assert data["flags"] == ["PAINLEVE"] and data["direction"] == [[1.0, 0.0]]
+    assert repr(c) == "SpatialClassification(INCONSISTENT, n_solutions=0, is_complete=True)"
+
+
+def test_the_forces_of_a_slide_are_those_that_a_step_takes():
+    """A short step from the state: its impulses over dt, to O(dt)."""
+    system = of_matrix(np.array(COUPLED), np.array([-1.0, 0.3, 0.1]), 0.5)
+    q, u, dt = [0, 0, 0], [0, 1.0, 2.0], 1e-6
+    (solution,) = ns.classify(system, 0.0, q, u).solutions
+    sol = ns.simulate(system, (0, dt), q, u, integrator=ns.MoreauJean(dt=dt))
+    np.testing.assert_allclose(np.array([sol.P_N[-1, 0], *sol.P_F[-1, 0]]) / dt, solution.la[0], rtol=1e-5)
