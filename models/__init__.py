@@ -14,6 +14,7 @@ MODELS = {
     "BeadChain": "bead_chain",
     "BeltOscillator": "belt_oscillator",
     "BilateralRod": "bilateral_rod",
+    "BilliardBall": "billiard_ball",
     "BouncingBall": "bouncing_ball",
     "FollowerForceArm": "follower_force_arm",
     "InclinedBlock": "incline",

@@ -152,8 +152,9 @@ def units_of_state(model: Any) -> dict[str, Any]:
     """Units of the time, and of each coordinate and its rate; "" of those that nobody named."""
     from nonsmooth.mechanics.model_system import as_system
 
-    units = [unit for _, unit in as_system(model).described.coordinates]
-    return {"t": "s", "q": units, "u": [f"{unit}/s" if unit else "" for unit in units]}
+    described = as_system(model).described
+    q, u = ([unit for _, unit in pairs] for pairs in (described.coordinates, described.rates))
+    return {"t": "s", "q": q, "u": u}
 
 
 def attrs_as_json(attrs: Any) -> dict[str, Any]:

@@ -275,9 +275,9 @@ def as_json(solution: Any) -> dict[str, Any]:
 
 def units_of(solution: Any) -> dict[str, Any]:
     """Units of the values that are printed."""
-    units = [unit for _, unit in solution.described.coordinates]
-    return {"t": "s", "q": units, "u": [f"{unit}/s" if unit else "" for unit in units], "g_N": "m", "P_N": "N s",
-            "P_F": "N s", "ledger": "J"}  # fmt: skip
+    described = solution.described
+    q, u = ([unit for _, unit in pairs] for pairs in (described.coordinates, described.rates))
+    return {"t": "s", "q": q, "u": u, "g_N": "m", "P_N": "N s", "P_F": "N s", "ledger": "J"}
 
 
 def records(

@@ -253,12 +253,14 @@ def state_panels(solution: Solution) -> list[partial[None]]:
             partial(draw_over_space, solution=solution, values=values, label=labels[kind])
             for kind, values, _ in states_of(solution)
         ]
-    groups = [[i for i, (_, own) in enumerate(names) if own == unit] for unit in units]
-    return [
-        partial(draw_states, solution=solution, values=values, group=group, names=names, label=label)
-        for _, values, label in states_of(solution)
-        for group in groups
-    ]
+    panels, velocities = [], list(solution.described.velocities)
+    for kind, values, label in states_of(solution):
+        if kind == VELOCITIES and velocities:
+            names, label = velocities, coordinate_label
+        for unit in dict.fromkeys(unit for _, unit in names):
+            group = [i for i, (_, own) in enumerate(names) if own == unit]
+            panels.append(partial(draw_states, solution=solution, values=values, group=group, names=names, label=label))
+    return panels
 
 
 def states_of(solution: Solution) -> list[tuple[str, np.ndarray, Callable[[str, str], str]]]:
@@ -294,7 +296,7 @@ def draw_states(
 def scale_of(solution: Solution, values: np.ndarray, group: list[int]) -> float:
     """The size that changes of coordinates are measured by: how far their greatest speed would go in the run, of
     velocities that speed."""
-    if VELOCITIES not in solution.recorded:
+    if VELOCITIES not in solution.recorded or solution.described.velocities:
         return float(np.abs(values[:, group]).max(initial=0.0))
     speed = float(np.abs(solution.u[:, [i for i in group if i < solution.u.shape[1]]]).max(initial=0.0))
     return speed if values is solution.u else speed * float(solution.t[-1] - solution.t[0])

@@ -251,7 +251,8 @@ def written(system, which, states, p):
 
 
 def test_every_model_is_derived_again():
-    assert sorted(type(model).__name__ for model in AGAIN) == sorted(models.__all__)
+    """But for the ball, whose velocities are not the rates of its coordinates."""
+    assert sorted([*(type(model).__name__ for model in AGAIN), "BilliardBall"]) == sorted(models.__all__)
 
 
 @pytest.mark.parametrize(("model", "again"), PAIRS)

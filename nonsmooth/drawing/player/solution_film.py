@@ -209,20 +209,22 @@ def energy_look(name: str) -> tuple[str, tuple[float, ...]]:
 
 def coordinate_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Some coordinates."""
-    return [Curve("coordinates", name, unit, solution.q[records, i]) for i, name, unit in shown_of(solution)]
+    return [
+        Curve("coordinates", name, unit, solution.q[records, i])
+        for i, name, unit in shown_of(solution.described.coordinates)
+    ]
 
 
 def velocity_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Some velocities."""
-    return [
-        Curve("velocities", f"{name}'", f"{unit}/s" if unit else "", solution.u[records, i])
-        for i, name, unit in shown_of(solution)
+    named = solution.described.velocities or [
+        (f"{name}'", f"{unit}/s" if unit else "") for name, unit in solution.described.coordinates
     ]
+    return [Curve("velocities", name, unit, solution.u[records, i]) for i, name, unit in shown_of(named)]
 
 
-def shown_of(solution: Solution) -> list[tuple[int, str, str]]:
-    """The coordinates that have curves: number, name and unit."""
-    named = solution.described.coordinates
+def shown_of(named: Sequence[tuple[str, str]]) -> list[tuple[int, str, str]]:
+    """The coordinates or velocities that have curves: number, name and unit."""
     return [(int(i), *named[i]) for i in some_of(len(named))]
 
 
