@@ -35,7 +35,7 @@ def conjugate_sweeps(network, memory, k, most, tol, d, n):
     for count in range(most):
         change, size = 0.0, 0.0
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
-            moved, is_now = relax(network, islands.contacts[at], 1.0, d, n)
+            moved, is_now = relax(network, islands.contacts[at], d, n)
             change += moved
             size += is_now
         if change <= tol * tol * size or count == most - 1:

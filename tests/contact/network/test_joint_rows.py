@@ -5,7 +5,6 @@ import pytest
 
 from nonsmooth.contact.network.al_newton import MET, al_newton_planar, al_newton_spatial, begin_direct
 from nonsmooth.contact.network.eliminated import without_joints
-from nonsmooth.contact.network.gauss_seidel import gauss_seidel_planar, gauss_seidel_spatial
 from nonsmooth.contact.network.joint import JOINED, solve_joint
 from nonsmooth.contact.network.matrices import matrices_of
 from nonsmooth.contact.network.problem import prepare_planar, prepare_spatial
@@ -13,6 +12,7 @@ from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.spheres import are_spheres
 from nonsmooth.jit import interpreted
 from tests.contact.network.problems import STEP, assembled, box_mass, copy_of, falling, judge, network_of
+from tests.contact.network.test_network import sweep
 from tests.contact.network.test_solve import said, solve, solver_of
 
 HALF, LINKS = 0.1, 6
@@ -73,7 +73,7 @@ def test_joints_alone_are_a_linear_problem(dim):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sweeps_factors_and_elimination_agree(dim):
     sweeps, direct, dense = (hanging_bridge(dim) for _ in range(3))
-    (gauss_seidel_planar if dim == 2 else gauss_seidel_spatial)(sweeps.address, 0, 1, 20_000, 1e-15, 1.0)
+    sweep(sweeps, 20_000, 1e-15)
     solver = solver_of(direct)
     begin_direct(direct.address, solver.direct.address)
     rung = al_newton_planar if dim == 2 else al_newton_spatial
