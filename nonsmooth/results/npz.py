@@ -1,46 +1,30 @@
-"""Archives of arrays, .npz: written with a seal, and read without trust in anything that stands in them.
+"""Archives of arrays, .npz: written with a seal, read by NumPy once the headers of all arrays were looked at.
 
-The headers of all arrays are read first: names, dtypes, shapes, and whether each array has exactly the bytes that its
-header claims. What they claim together must have room; then each array is read to its end, which is where its own
-checksum is verified. Nothing is unpickled, and no header is evaluated.
+Headers come first: names, dtypes, shapes, and whether each array has exactly the bytes that its header claims, which
+NumPy reserves before it reads. What they claim together must have room; then `numpy.load` reads each array to its end,
+where its checksum is verified. Nothing is unpickled.
 Source: the .npy format, ``numpy.lib.format``; .zip, PKWARE APPNOTE 6.3.
 """
 
 from __future__ import annotations
 
 import json
-import math
-import re
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
+from numpy.lib import format as npy
 
 from nonsmooth.checks.files import open_to_read, whole_file
 from nonsmooth.checks.memory import require_room
 from nonsmooth.results.forms import Form
-from nonsmooth.results.seal import ZIP, seal, sealed_kind
+from nonsmooth.results.seal import seal, sealed_kind
 
-MAGIC = b"\x93NUMPY"
-HEADER = re.compile(
-    rb"\{'descr': *'([<>=|][a-zA-Z]\d{0,9})', *'fortran_order': *(True|False), *"
-    rb"'shape': *\(((?:\d{1,19})?(?:, *\d{1,19})*),?\),? *\} *\n?"
-)
-LONGEST_HEADER = 10_000  # defined: bytes; NumPy reads no longer one either
-INFLATED_BYTES = 2**20  # chosen: bytes that are inflated at a time
-PLAIN = "biufU"  # kinds of dtype: flags, whole and real numbers, texts
+READERS_OF_HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 Check = Callable[[Mapping[str, Form]], object]
-
-
-class Member(NamedTuple):
-    """An array in an archive: its form, where its data begin, whether its first index runs fastest."""
-
-    form: Form
-    start: int
-    is_fortran: bool
 
 
 class Archive(NamedTuple):
@@ -95,54 +79,30 @@ def read_npz(path: Path, check: Check = lambda forms: None) -> Archive:
 
 def read_arrays(file: BinaryIO, size: int, check: Check, is_trusted: bool) -> dict[str, np.ndarray]:
     """The arrays of an archive of so many bytes; of one that is not trusted the claims are weighed against them."""
-    if file.read(len(ZIP)) != ZIP:
-        raise ValueError("it is no archive of arrays")
     with zipfile.ZipFile(file) as archive:
-        infos = {_name(info): info for info in archive.infolist()}
-        if len(infos) < len(archive.infolist()):
+        members = archive.infolist()
+        forms = {member.filename.removesuffix(".npy"): _form(archive, member) for member in members}
+        if len(forms) < len(members):
             raise ValueError("it holds two arrays of one name")
-        require_room(sum(info.file_size for info in infos.values()), None if is_trusted else size)
-        members = {name: _member(archive, info) for name, info in infos.items()}
-        check({name: member.form for name, member in members.items()})
-        return {name: _array(archive, infos[name], member) for name, member in members.items()}
+        require_room(sum(member.file_size for member in members), None if is_trusted else size)
+        check(forms)
+    file.seek(0)
+    with np.load(file, allow_pickle=False) as arrays:
+        return dict(arrays)
 
 
-def _name(info: zipfile.ZipInfo) -> str:
-    if not info.filename.endswith(".npy"):
-        raise ValueError(f"it holds {info.filename!r}, which is no array")
-    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise ValueError(f"{info.filename!r} is compressed by another method than deflate")
-    return info.filename.removesuffix(".npy")
-
-
-def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:
-    with archive.open(info) as stream:
-        prefix = stream.read(8)
-        width = {b"\x01\x00": 2, b"\x02\x00": 4}.get(prefix[6:], 0)
-        length = int.from_bytes(stream.read(width), "little")
-        found = HEADER.fullmatch(stream.read(min(length, LONGEST_HEADER)))
-    if prefix[:6] != MAGIC or width == 0 or length > LONGEST_HEADER or found is None:
-        raise ValueError(f"{info.filename!r} is no plain array")
-    descr, order, sizes = (group.decode() for group in found.groups())
-    shape = tuple(int(size) for size in sizes.replace(",", " ").split())
-    if descr[1] not in PLAIN or descr[0] not in "<|":
-        raise ValueError(f"{info.filename!r} is no plain array: its dtype is {descr}, objects and big-endian numbers "
-                         "are not read")  # fmt: skip
-    form, start = Form(np.dtype(descr).str, shape), len(prefix) + width + length
-    if info.file_size != start + form.size:
-        raise ValueError(f"{info.filename!r} claims {form.size} bytes in its header; it has {info.file_size - start}")
-    return Member(form, start, order == "True")
-
-
-def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, member: Member) -> np.ndarray:
-    array = np.empty(math.prod(member.form.shape), member.form.dtype)
-    room, filled = array.view(np.uint8), 0
-    with archive.open(info) as stream:
-        stream.read(member.start)
-        while piece := stream.read(INFLATED_BYTES):  # to the end: there the checksum of the member is verified
-            room[filled : filled + len(piece)] = np.frombuffer(piece, np.uint8)
-            filled += len(piece)
-    if filled != member.form.size:
-        raise ValueError(f"{info.filename!r} ends after {filled} of {member.form.size} bytes")
-    shape = member.form.shape
-    return array.reshape(shape[::-1]).T if member.is_fortran else array.reshape(shape)
+def _form(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Form:
+    """What the header of an array claims; raises unless it is what the archive has."""
+    if not member.filename.endswith(".npy"):
+        raise ValueError(f"it holds {member.filename!r}, which is no array")
+    with archive.open(member) as stream:
+        try:
+            shape, _, dtype = READERS_OF_HEADERS[npy.read_magic(stream)](stream)
+        except (ValueError, KeyError) as error:
+            raise ValueError(f"{member.filename!r} is no plain array: {error}") from None
+        form, start = Form(dtype.str, shape), stream.tell()
+    if member.file_size != start + form.size:
+        raise ValueError(
+            f"{member.filename!r} claims {form.size} bytes in its header; it has {member.file_size - start}"
+        )
+    return form

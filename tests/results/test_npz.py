@@ -44,33 +44,28 @@ def packed(tmp_path, members, compression=zipfile.ZIP_DEFLATED):
     (header() + bytes(16), "claims 24 bytes in its header; it has 16"),
     (header() + bytes(32), "claims 24 bytes in its header; it has 32"),
     (header(shape="(1000000000000,)") + bytes(24), "claims 8000000000000 bytes"),
-    (header(shape="(-3,)") + bytes(24), "is no plain array"),
+    (header(shape="(-3,)") + bytes(24), "claims -24 bytes"),
     (header(shape="(1+2,)") + bytes(24), "is no plain array"),
-    (header(descr="'|O'") + bytes(24), "its dtype is |O, objects and big-endian numbers are not read"),
-    (header(descr="'>f8'") + bytes(24), "its dtype is >f8, objects and big-endian"),
-    (header(descr="[('a', '<f8')]") + bytes(24), "is no plain array"),
+    (header(shape="(__import__('os').getpid(),)") + bytes(24), "is no plain array"),
+    (header(descr="'|O'") + bytes(24), "allow_pickle=False"),
     (header(order="'False'") + bytes(24), "is no plain array"),
     (b"\x93NUMPY\x03\x00" + header()[8:] + bytes(24), "is no plain array"),
     (b"\x93NUMPX" + header()[6:] + bytes(24), "is no plain array"),
     (b"", "is no plain array"),
 ])  # fmt: skip
 def test_a_header_that_is_no_plain_array_or_lies_is_refused(tmp_path, content, words):
-    with pytest.raises(ValueError, match=words.replace("|", r"\|")):
+    with pytest.raises(ValueError, match=words):
         read_npz(packed(tmp_path, [("x.npy", content)]))
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
-def test_what_is_no_archive_of_arrays_is_refused(tmp_path):
-    good = header() + bytes(24)
-    for members, words in (
-        ([("x.npy", good), ("notes.txt", b"hello")], "holds 'notes.txt', which is no array"),
-        ([("x.npy", good), ("x.npy", good)], "two arrays of one name"),
-    ):
-        path = packed(tmp_path, members)
-        with pytest.raises(ValueError, match=words):
-            read_npz(path)
-    with pytest.raises(ValueError, match="compressed by another method than deflate"):
-        read_npz(packed(tmp_path, [("x.npy", good)], zipfile.ZIP_LZMA))
+@pytest.mark.parametrize(("names", "words"), [
+    (["x.npy", "notes.txt"], "holds 'notes.txt', which is no array"), (["x.npy", "x.npy"], "two arrays of one name"),
+])  # fmt: skip
+def test_what_is_no_archive_of_arrays_is_refused(tmp_path, names, words):
+    path = packed(tmp_path, [(name, header() + bytes(24)) for name in names])
+    with pytest.raises(ValueError, match=words):
+        read_npz(path)
 
 
 def test_a_number_that_changed_is_noticed_by_the_checksum_of_its_member(tmp_path):
@@ -89,7 +84,7 @@ def test_headers_are_shown_before_anything_is_allocated(tmp_path, monkeypatch):
         assert forms["x"] == ("<f8", (4,)) and forms["x"].size == 32
         raise ValueError("not these")
 
-    monkeypatch.setattr(np, "empty", pytest.fail)
+    monkeypatch.setattr(np, "load", pytest.fail)
     with pytest.raises(ValueError, match="not these"):
         read_npz(tmp_path / "a.npz", refuse)
 
@@ -100,7 +95,7 @@ def test_zeros_that_inflate_are_refused_beyond_a_hundred_times_the_file_and_neve
     path = packed(tmp_path, [("x.npy", content)])
     assert path.stat().st_size < 100_000
     with monkeypatch.context() as patch, pytest.raises(ValueError, match="claim 0.0745 GiB .* more than 100 times"):
-        patch.setattr(np, "empty", pytest.fail)
+        patch.setattr(np, "load", pytest.fail)
         read_npz(path)
     assert len(read_npz(packed(tmp_path, [("x.npy", content)], zipfile.ZIP_STORED)).arrays["x"]) == 10_000_000
 
@@ -130,5 +125,5 @@ def test_a_directory_that_says_fewer_or_more_bytes_than_a_member_has_is_noticed(
     entry = content.index(b"PK\x01\x02")
     content[entry + 24 : entry + 28] = (len(start) + claimed).to_bytes(4, "little")
     path.write_bytes(content)
-    with pytest.raises((ValueError, zipfile.BadZipFile), match="Bad CRC-32|ends after 24 of 32 bytes"):
+    with pytest.raises((ValueError, zipfile.BadZipFile), match="Bad CRC-32|expected 32 bytes got 24"):
         read_npz(path)
