@@ -79,6 +79,10 @@ from nonsmooth.paradox.kinds import ParadoxKind as ParadoxKind
 from nonsmooth.results.events import Event as Event
 from nonsmooth.results.events import EventKind as EventKind
 from nonsmooth.results.events import ParadoxEvent as ParadoxEvent
+from nonsmooth.results.events import SceneEvent as SceneEvent
+from nonsmooth.results.events import SceneEventKind as SceneEventKind
+from nonsmooth.results.events import SceneEvents as SceneEvents
+from nonsmooth.results.events import SceneParadox as SceneParadox
 from nonsmooth.results.failures import BudgetSpent as BudgetSpent
 from nonsmooth.results.failures import EventFunctionError as EventFunctionError
 from nonsmooth.results.failures import ModelFunctionError as ModelFunctionError
@@ -94,15 +98,11 @@ from nonsmooth.results.scene_bodies import BodyMotion as BodyMotion
 from nonsmooth.results.scene_bodies import BodyState as BodyState
 from nonsmooth.results.scene_bodies import JointImpulses as JointImpulses
 from nonsmooth.results.scene_contacts import SceneContacts as SceneContacts
-from nonsmooth.results.scene_events import SceneEvent as SceneEvent
-from nonsmooth.results.scene_events import SceneEventKind as SceneEventKind
-from nonsmooth.results.scene_events import SceneEvents as SceneEvents
 from nonsmooth.results.scene_pairs import ScenePair as ScenePair
 from nonsmooth.results.scene_pairs import ScenePairs as ScenePairs
-from nonsmooth.results.scene_paradoxes import SceneParadox as SceneParadox
 from nonsmooth.results.scene_solution import SceneSolution as SceneSolution
-from nonsmooth.results.scene_stats import SceneStats as SceneStats
 from nonsmooth.results.solution import Solution as Solution
+from nonsmooth.results.stats import SceneStats as SceneStats
 from nonsmooth.results.stats import Stats as Stats
 from nonsmooth.runs.choice import Auto as Auto
 from nonsmooth.runs.simulate import simulate as simulate

@@ -1,4 +1,5 @@
-"""The recipes of CONTRIBUTING.md: a selection rule and a friction law are added by the two files that each names."""
+"""The recipes of CONTRIBUTING.md: a selection rule, a friction law and a column of results are added by the two files
+that each names."""
 
 import os
 import re
@@ -34,6 +35,18 @@ EDITS = {
         ],
         "__init__.py": [('    "Smoothed": "mechanics.laws",\n',
                          '    "Smoothed": "mechanics.laws",\n    "Falling": "mechanics.laws",\n')],
+    },
+    "Add a column to the result of a scene": {
+        "results/table.py": [
+            ('        Column("velocity", REAL, ',
+             '        Column("speed", REAL, ("n_t", "n_b"), "m/s", "speeds of the centres of mass", BODIES),\n'
+             '        Column("velocity", REAL, '),
+            ("    velocity: np.ndarray\n", "    velocity: np.ndarray\n    speed: np.ndarray\n"),
+        ],
+        "runs/recorder.py": [
+            ('"spin": spin}\n',
+             '"spin": spin}\n            columns["speed"] = np.linalg.norm(v[:, :, :dim], axis=2)\n'),
+        ],
     },
 }  # fmt: skip
 
@@ -74,6 +87,27 @@ candidate, P_N, P_F, found = interpreted(solve_single)(0, law)
 assert candidate == SLIDE_PLUS and P_N == 1.0 and abs(P_F + 0.4) < 1e-15, (candidate, P_N, P_F)
 assert ns.Contact(mu=ns.Falling(0.6, 2.0)).has_friction
 """,
+    # A ball is thrown; its speed is found wherever a run is kept.
+    "Add a column to the result of a scene": """
+scene = ns.Scene(gravity=(0, -10.0))
+scene.body(ns.Disc(0.1), mass=1.0, position=(0, 0), velocity=(3.0, 4.0), name="ball")
+run = dict(integrator=ns.MoreauJean(dt=0.01))
+sol = ns.simulate(scene, (0, 0.1), **run)
+speed = np.hypot(3.0, 4.0 - 10.0 * sol.t)[:, None]
+found = [sol, ns.simulate(scene, (0, 0.1), **run, checkpoint="run.ckpt"), ns.SceneSolution.load("run.ckpt")]
+found += [ns.SceneSolution.load(sol.save(f"run.{ending}")) for ending in ("npz", "h5", "nc")]
+for each in found:
+    assert each.speed.shape == (11, 1) and abs(each.speed - speed).max() < 1e-13
+    assert abs(each.to_dataframe().speed - speed[:, 0]).max() < 1e-13
+    variable = each.to_xarray().speed
+    assert (variable.dims, variable.units) == (("t", "body"), "m/s")
+try:
+    ns.simulate(scene, (0, 0.1), **run, record="ledger").speed
+except ns.InvalidInput as refusal:
+    assert "speed was not recorded" in str(refusal) and "keeps the bodies" in str(refusal)
+else:
+    raise AssertionError("it was not recorded")
+""",
 }
 
 
@@ -89,7 +123,10 @@ def test_two_files_are_all_that_a_recipe_touches(recipe, tmp_path):
             assert text.count(before) == 1, (file, before)
             text = text.replace(before, after)
         (tmp_path / "nonsmooth" / file).write_text(text)
-    environment = os.environ | {"PYTHONPATH": str(tmp_path), "NONSMOOTH_CACHE_DIR": str(tmp_path)}
+    for library in ("h5py", "xarray", "netCDF4", "pandas") if "scene" in recipe else ():
+        pytest.importorskip(library)
+    own_cache = {} if "scene" in recipe else {"NONSMOOTH_CACHE_DIR": str(tmp_path)}  # no kernel differs in that one
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)} | own_cache
     done = subprocess.run(
         [sys.executable, "-c", PROBLEM + CHECKS[recipe]], cwd=tmp_path, env=environment, capture_output=True, text=True,
     )  # fmt: skip

@@ -11,6 +11,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.results.failures import StepFailure
 
 if TYPE_CHECKING:
+    from nonsmooth.results.scene_bodies import BodyMotion
     from nonsmooth.results.scene_solution import SceneSolution
 
 UNITS = {
@@ -33,9 +34,9 @@ def require_scene_options(arguments: argparse.Namespace) -> None:
 
 def require_kinds(arguments: argparse.Namespace) -> None:
     """Raise `InvalidInput` for a --record of what no scene records, and for a figure of what is then not there."""
-    from nonsmooth.results.scene_records import BODIES, LEDGER, as_kinds
+    from nonsmooth.results.recorded import BODIES, LEDGER, kinds_of_scene
 
-    kinds = as_kinds(arguments.record)
+    kinds = kinds_of_scene(arguments.record)
     shown = [name for name in ("plot", "picture", "animate", "view") if getattr(arguments, name)]
     if BODIES not in kinds and shown:
         raise InvalidInput(
@@ -65,14 +66,14 @@ def simulate_scene(
 
 def scene_as_json(solution: SceneSolution) -> dict[str, Any]:
     """What a script wants to know of the run of a scene, as far as it was recorded."""
-    from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER
+    from nonsmooth.results.recorded import BODIES, CONTACTS, LEDGER
 
     kept = solution.recorded
     return {
         "status": solution.status.name,
         "message": solution.message,
         "t": float(solution.t[-1]),
-        **({"bodies": {name: body_as_json(solution, name) for name in solution.names}} if BODIES in kept else {}),
+        **({"bodies": {name: body_as_json(solution[name], -1) for name in solution.names}} if BODIES in kept else {}),
         **({"contacts": contacts_as_json(solution)} if CONTACTS in kept else {}),
         "units": UNITS | {"P": "N" if solution.stats.springs else "N s"},
         "stats": asdict(solution.stats),
@@ -82,12 +83,9 @@ def scene_as_json(solution: SceneSolution) -> dict[str, Any]:
     }
 
 
-def body_as_json(solution: SceneSolution, name: str) -> dict[str, Any]:
-    """The last state of a body."""
-    from nonsmooth.results.scene_records import OF_BODIES
-
-    motion = solution[name]
-    return {key: getattr(motion, key)[-1].tolist() for key in OF_BODIES}
+def body_as_json(motion: BodyMotion, records: Any) -> dict[str, Any]:
+    """A body at some records."""
+    return {key: column[records].tolist() for key, column in motion._asdict().items() if key != "t"}
 
 
 def contacts_as_json(solution: SceneSolution) -> list[dict[str, Any]]:
@@ -107,9 +105,9 @@ def contacts_as_json(solution: SceneSolution) -> list[dict[str, Any]]:
 
 def scene_records(solution: SceneSolution) -> dict[str, Any]:
     """Every record of every body, of a run that is recorded at times that were asked for."""
-    from nonsmooth.results.scene_records import BODIES, OF_BODIES
+    from nonsmooth.results.recorded import BODIES
 
     if BODIES not in solution.recorded:
         return {"t": solution.t.tolist()}
-    bodies = {name: {key: getattr(solution[name], key).tolist() for key in OF_BODIES} for name in solution.names}
+    bodies = {name: body_as_json(solution[name], slice(None)) for name in solution.names}
     return {"t": solution.t.tolist(), "bodies": bodies}

@@ -11,7 +11,7 @@ from nonsmooth.drawing.colours import RED, STRIPS
 from nonsmooth.drawing.labels import LETTER
 from nonsmooth.drawing.scene import ARROW, LARGE
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.results.scene_records import CONTACTS
+from nonsmooth.results.recorded import CONTACTS
 from nonsmooth.scenes.scene import Kind
 
 if TYPE_CHECKING:

@@ -32,8 +32,7 @@ from nonsmooth.drawing.plots import (
     words_of,
 )
 from nonsmooth.drawing.scene_figures import arranged, draw_instants, extent_of
-from nonsmooth.results.recorded import LEDGER, not_recorded
-from nonsmooth.results.scene_records import BODIES, CONTACTS
+from nonsmooth.results.recorded import BODIES, CONTACTS, LEDGER, not_recorded
 from nonsmooth.scenes.scene import Kind
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@
     *.crc.npy     the checksums of both, block by block
     state.npz     all that the next step depends on, with the numbers of records and events that belong to it; sealed
 
-Those of a scene hold other rows (scene_checkpoint.py). The arrays grow (checked_array.py); the state is written to
+Of a scene contacts.npy and pairs.npy stand in the place of the events: a row a contact of a record, and a pair,
+record after record, as many as a record counts. The arrays grow (checked_array.py); the state is written to
 state.npz.part and moved into place, after the rows that it belongs to. Whenever the program dies, the arrays can be
 read and the state is that of one moment; what lies between the two is computed again, to the same bits. Rows of the
 state that do not fit their checksums are damage, and refused; rows behind them that do not are what a power failure
@@ -21,7 +22,7 @@ import types
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,10 +38,14 @@ from nonsmooth.results.ledger import finder_of_ledger
 from nonsmooth.results.motion import of_records
 from nonsmooth.results.npz import fill_npz, read_npz
 from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER
+from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import PER_RECORD, Solution
-from nonsmooth.results.stats import Stats
-from nonsmooth.results.table import EVENT, SYSTEM, columns_along, row_type
+from nonsmooth.results.stats import SceneStats, Stats
+from nonsmooth.results.table import EVENT, SYSTEM, columns_along, row_type, scene_arrays, scene_rows
+
+if TYPE_CHECKING:
+    from nonsmooth.scenes.scene import Scene
 
 CHECKPOINT_SCHEMA, KIND, SCENE_KIND = 1, "checkpoint", "scenecheckpoint"  # code: of the form of the file
 READERS = {KIND: ("System", "ns.Solution.load"), SCENE_KIND: ("scene", "ns.SceneSolution.load")}
@@ -77,6 +82,11 @@ def layout_of(shape: Shape) -> Layout:
     works = [("ledger", "<f8", (N_LEDGER,))] if LEDGER in shape.recorded else []
     events = {EVENTS: EVENT_ROW} if EVENTS in shape.recorded else {}
     return Layout(KIND, shape, {"records": np.dtype(row_type(columns, sizes).descr + works)} | events)
+
+
+def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int) -> Layout:
+    """That of a run of a scene with so many bodies and joints."""
+    return Layout(SCENE_KIND, [n_b, dim, list(kinds), n_j], scene_rows(n_b, dim, kinds, n_j))
 
 
 class Checkpoint:
@@ -266,6 +276,28 @@ def load_checkpoint(
         named_model=said["model"],
     )  # fmt: skip
     return solution if about["facts"]["records_start"] or len(rows) < 2 else solution.without_start()
+
+
+def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: bool = False) -> SceneSolution:
+    """The same of a run of a scene; records whose contacts or pairs are not there are left away.
+
+    Raises
+    ------
+    InvalidInput
+    """
+    about, kept = read_state(path, SCENE_KIND)
+    rows = rows_of(path, about, scene_layout(*about["shape"]).rows, is_verified)
+    for kind in rows.keys() - {"records"}:
+        counted = np.cumsum(rows["records"][f"n_{kind}"])
+        rows["records"] = rows["records"][: np.searchsorted(counted, len(rows[kind]), side="right")]
+        if len(rows["records"]) < about["records"]:
+            raise InvalidInput(f"the checkpoint {str(path)!r} is damaged: {kind} of its records are not there")
+    status, message = end_of(about)
+    columns = scene_arrays(rows) | {name: kept[name] for name in ("centres", "paradox_rows")}
+    return SceneSolution(
+        columns, stats=SceneStats(**about["stats"]), status=status, message=message, scene=scene, about=about["about"],
+        **about["said"],
+    )  # fmt: skip
 
 
 def _in_time(rows: np.ndarray) -> np.ndarray:

@@ -1,15 +1,20 @@
-"""Events of a run: changes of mode, impacts and paradoxes, from rows of numbers to objects."""
+"""Events of a run: changes of mode, impacts and paradoxes, from rows of numbers to objects.
+
+Those of a scene are of pairs of bodies: landing, parting, slip and stick.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.integrators import records
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.table import RowsOfEvents
 
 
 class EventKind(IntEnum):
@@ -25,6 +30,7 @@ WHOLE_COLUMNS = (  # code: of an event; its impulses and velocities are no whole
     records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
     records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
 )  # fmt: skip
+WITHOUT_SIGN = {"slide +": "slide", "slide -": "slide"}  # in space, where a slide has a direction
 MAX_EVENTS = 200_000  # chosen: kept in a solution; the rest are counted
 CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
 
@@ -111,3 +117,98 @@ def event_of(row: np.ndarray) -> Event:
     found = integer[records.EVENT_FOUND] if integer[records.EVENT_SOLUTIONS] > 0 else 0
     alternatives = tuple(name for k, name in enumerate(CANDIDATE_NAMES) if found >> k & 1)
     return ParadoxEvent(**fields, n_solutions=integer[records.EVENT_SOLUTIONS], alternatives=alternatives)
+
+
+@dataclass(frozen=True)
+class SceneParadox(ParadoxEvent):
+    """A step of a scene in which two bodies had no force to slide with (INCONSISTENT: an impact without collision), or
+    the first step of an episode in which several motions fit (INDETERMINATE); as of a System, with the bodies.
+
+    ``contact`` is the number of the contact in its step, the first of those of the two bodies; P_N and P_F are those of
+    all of them. Slips and P_F have the signs of ``scene.system()``: positive where body j slides along its normal, out
+    of body i, turned by -90 degrees. In space signs are 0, and P_F and gamma_F are sizes.
+
+    Attributes
+    ----------
+    i, j : str
+        Names of the bodies.
+    """
+
+    i: str
+    j: str
+
+
+def no_rows() -> np.ndarray:
+    """Those of a run without any."""
+    return np.zeros((0, records.PARADOX_WIDTH))
+
+
+def paradox_of(row: np.ndarray, names: list[str], dim: int) -> SceneParadox:
+    """A row as an object."""
+    event = event_of(row)
+    assert isinstance(event, ParadoxEvent)
+    if dim == 3:
+        event = replace(event, alternatives=tuple(WITHOUT_SIGN.get(name, name) for name in event.alternatives))
+    return SceneParadox(**vars(event), i=names[int(row[records.EVENT_I])], j=names[int(row[records.EVENT_J])])
+
+
+class SceneEventKind(IntEnum):
+    """What happened to a pair of bodies."""
+
+    LANDING = 0  # impulses act where none did in the step before
+    PARTING = 1  # none act where some did
+    SLIP = 2  # all its loaded points slide, where one stuck
+    STICK = 3  # one of them sticks, where all slid
+
+
+class SceneEvent(NamedTuple):
+    """A change at a pair of bodies, found in the step that begins at t."""
+
+    t: float  # [s]
+    kind: SceneEventKind
+    i: str  # names of the bodies
+    j: str
+    P_N: float  # of the step: sum of the normal impulses of its points [N s]
+    P: np.ndarray  # (2|3,) on body j, in the axes of the world [N s]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneEvents(RowsOfEvents):
+    """The changes of a run, in the order of time.
+
+    Attributes
+    ----------
+    t : (m,)
+        Beginning of the step in which they were found [s].
+    kind : (m,) SceneEventKind
+    i, j : (m,)
+        Indices of bodies, i < j.
+    P_N : (m,)
+        Sum of the normal impulses of the pair in that step [N s]; 0 of a parting.
+    P : (m, 2|3)
+        Its impulse on body j, in the axes of the world [N s].
+    names : list of str
+        Of all bodies.
+    """
+
+    columns: dict[str, np.ndarray]
+    names: list[str]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, k: int) -> SceneEvent:
+        i, j = self.names[int(self.i[k])], self.names[int(self.j[k])]
+        return SceneEvent(float(self.t[k]), SceneEventKind(int(self.kind[k])), i, j, float(self.P_N[k]), self.P[k])
+
+    def __iter__(self) -> Iterator[SceneEvent]:
+        return (self[k] for k in range(len(self)))
+
+    def of(self, *names: str) -> SceneEvents:
+        """Those of one body, or of a pair."""
+        return replace(self, columns=self.touching(*names))
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.kind, minlength=len(SceneEventKind))
+        listed = ", ".join(f"{counts[kind]} {kind.name}" for kind in SceneEventKind)
+        return f"SceneEvents({len(self)}: {listed})"

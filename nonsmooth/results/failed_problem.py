@@ -1,4 +1,4 @@
-"""The contact problem of the step that failed, as a small file that ``nonsmooth solve`` opens again.
+"""The contact problem of the step that failed, of a system or of a scene: a file that ``nonsmooth solve`` opens again.
 
     gamma_1 = G P + c on the closed contacts, each with its kind and laws (docs/theory/moreau_jean.md)
 
@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.checks.files import as_path, as_place, refusals
+from nonsmooth.contact.network.matrices import Matrices
 from nonsmooth.contact.planar.energetic import spring_back
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.impacts import strike
@@ -33,7 +34,7 @@ from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import LAST_CODE, LAW_CODE, LAW_IMPACT, LAW_WIDTH, ImpactLaw
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
-from nonsmooth.results.fclib import FCLIB_ENDINGS
+from nonsmooth.results.fclib import FCLIB_ENDINGS, ContactProblem, write_fclib
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
@@ -201,3 +202,43 @@ def require_failed_problem(forms: Mapping[str, Form]) -> None:
 def is_failed_problem(names: Collection[str]) -> bool:
     """Whether the arrays of a file have the names of those of a ``FailedProblem``."""
     return {"about", *ARRAYS} <= set(names)
+
+
+class SceneProblem:
+    """The islands of a step that stayed above the tolerance.
+
+    Parameters
+    ----------
+    matrices : Matrices
+        Rows and impulses.
+    about : str
+        The message of the failure.
+
+    Attributes
+    ----------
+    problem : ContactProblem
+        gamma = G P + c; its ``P`` are the best impulses that were found.
+    """
+
+    def __init__(self, matrices: Matrices, about: str) -> None:
+        G, c, mu, P, d = matrices
+        note = "the best impulses that the step found; they miss its tolerance"
+        self.problem = ContactProblem(G, c, mu, d, P, note, about)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to .npz, or to .hdf5 or .h5 in the form of FCLIB (needs the extra [io]); both are read by ``nonsmooth
+        solve``.
+
+        Raises
+        ------
+        InvalidInput, MissingExtra, FileFailure
+        """
+        path, problem = as_place("path", path, ENDINGS), self.problem
+        if path.suffix in FCLIB_ENDINGS:
+            write_fclib(path, problem)
+            return path
+        G = problem.G
+        arrays = {"data": G.data, "indices": G.indices, "indptr": G.indptr, "shape": np.array(G.shape)}
+        arrays |= {"q": problem.c, "mu": problem.mu, "dim": np.array(problem.dim)}
+        write_npz(path, "sceneproblem", arrays, is_compressed=True)
+        return path

@@ -10,8 +10,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from nonsmooth.checks.arrays import Vector
-    from nonsmooth.results.failed_problem import FailedProblem
-    from nonsmooth.results.scene_problem import SceneProblem
+    from nonsmooth.results.failed_problem import FailedProblem, SceneProblem
     from nonsmooth.results.solution import Solution
 
 

@@ -19,15 +19,14 @@ from nonsmooth.checks.files import whole_file
 from nonsmooth.errors import MissingExtra
 from nonsmooth.integrators.records import EVENT_KIND
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.results.events import EventKind
+from nonsmooth.results.events import EventKind, SceneEventKind
 from nonsmooth.results.forms import WHOLE
+from nonsmooth.results.ledger import ELASTIC, ENERGIES
 from nonsmooth.results.netcdf import NETCDF_KIND
-from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER
-from nonsmooth.results.scene_contacts import modes_of, normal_and_friction
-from nonsmooth.results.scene_events import SceneEventKind
-from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, PAIRS
+from nonsmooth.results.recorded import CONTACTS, EVENTS, KINDS, LEDGER, PAIRS
+from nonsmooth.results.scene_contacts import ContactColumns, modes_of, normal_and_friction
 from nonsmooth.results.seal import seal
-from nonsmooth.results.table import EVENT, SYSTEM, Column, columns_along
+from nonsmooth.results.table import EVENT, SCENE, SYSTEM, Column, columns_along, record_of, word_of
 
 if TYPE_CHECKING:
     import pandas
@@ -41,8 +40,14 @@ AXES = ("x", "y", "z")
 # the dimension of each symbol of a shape
 DIMENSIONS = {
     "n_t": "t", "n_q": "coordinate", "n_u": "velocity", "n_c": "contact", "d": "direction", "n_events": "event",
-    "found *": "found_*",
+    "found *": "found_*", "n_b": "body", "n_j": "joint", "m": "contact", "n_t + 1": "edge", "n_e": "event",
+    "n_p": "pair", 2: "axis", 3: "axis", 4: "component",
 }  # fmt: skip
+COMPONENTS = {2: AXES[:2], 3: AXES, 4: ("w", *AXES)}
+# how a data set calls what does not follow from its name in files: contacts/gap is contact_gap
+LABELS = {"contacts/offsets": "contact_offset", "joint_impulses": "joint_P"}
+UNLABELLED = ("centres", "paradox_rows")  # chosen: arrays of files that a data set leaves out
+FIRST = ("t", "record", "i", "j", "gap", "P_N", "P_F", "mu", "mode")  # chosen: columns of a table of contacts
 BY_NAME = {column.name: column for column in SYSTEM}
 Variable = tuple[tuple[str, ...], Any, dict[str, Any]]
 
@@ -212,173 +217,82 @@ def named_modes(modes: np.ndarray) -> np.ndarray:
 def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
     """A run of a scene as an ``xarray.Dataset``, with what was recorded."""
     xarray = require_data("xarray")
-    space = solution.dim == 3
-    data: dict[str, Variable] = {
-        "residual": column("t", solution.residual, "1", "worst residual since the record before"),
-        "penetration": column("t", solution.penetration, "m", "deepest penetration since the record before"),
-    }
-    if BODIES in solution.recorded:
-        data |= {
-            "position": column("t body axis", solution.position, "m", "centres of mass"),
-            "velocity": column("t body axis", solution.velocity, "m/s", "velocities of the centres of mass"),
-            "turn": (
-                column("t body component", solution.turn, "1", "unit quaternions")
-                if space
-                else column("t body", solution.turn, "rad", "angles")
-            ),
-            "spin": column("t body axis" if space else "t body", solution.spin, "rad/s", "angular velocities"),
-        }
+    table = {each.name: each for each in SCENE[solution.dim]}
+    data = {LABELS.get(name, name.replace("s/", "_")): variable(each, solution.columns[name])
+            for name, each in table.items() if name in solution.columns and name not in UNLABELLED}  # fmt: skip
     if CONTACTS in solution.recorded:
-        data |= contact_variables(solution)
-    if LEDGER in solution.recorded:
-        data |= ledger_of(solution)
-    if EVENTS in solution.recorded:
-        data |= event_variables(solution)
-    if PAIRS in solution.recorded:
-        data |= pair_variables(solution)
-    for k, times in enumerate(solution.t_events):
-        data[f"t_events_{k}"] = column(f"found_{k}", times, "s", f"when function {k} of the user reached zero")
+        found = solution.all_contacts
+        data["contact_record"] = column("contact", record_of(found.offsets), "1", "record of a contact")
+        data["contact_mode"] = with_flags(column("contact", modes_in(found), "1", "mode of the last step"))
+        if solution.stats.springs is not None:
+            data["contact_P"][2].update({"units": "N", "long_name": "force on body j"})
     coordinates: dict[str, Any] = {
-        "t": column("t", solution.t, "s", "time"),
+        "t": data.pop("t"),
         "body": ("body", np.array(solution.names, dtype=object)),
         "axis": ("axis", list(AXES[: solution.dim])),
     }
-    if "joint_P" in data:
+    if solution.joint_names and "joint_P" in data:
         coordinates["joint"] = ("joint", np.array(solution.joint_names, dtype=object))
-    if space:
+    else:
+        data.pop("joint_P", None)
+    if solution.dim == 3:
         coordinates["component"] = ("component", ["w", *AXES])
+    data |= ledger_of(solution) if LEDGER in solution.recorded else {}
+    data |= {f"t_events_{k}": variable(table["t_events/*"], t, str(k)) for k, t in enumerate(solution.t_events)}
     return xarray.Dataset(data, coordinates, about_of(solution))
 
 
-def contact_variables(solution: SceneSolution) -> dict[str, Variable]:
-    """The contacts of all records, one behind the other."""
-    found = solution.all_contacts
-    P_N, P_F = normal_and_friction(found.P, found.normal)
-    pushes = ("N s", "impulse of the last step on body j")
-    if solution.stats.springs is not None:
-        pushes = ("N", "force on body j")
-    return {
-        "contact_offset": column("edge", found.offsets, "1", "first contact of each record, and their number"),
-        "contact_record": column("contact", record_of(found.offsets), "1", "record of a contact"),
-        "contact_i": column("contact", found.i, "1", "body that pushes"),
-        "contact_j": column("contact", found.j, "1", "body that is pushed"),
-        "contact_point": column("contact axis", found.point, "m", "midway between the surfaces"),
-        "contact_normal": column("contact axis", found.normal, "1", "out of body i"),
-        "contact_gap": column("contact", found.gap, "m", "gap before the last step"),
-        "contact_P": column("contact axis", found.P, *pushes),
-        "contact_mu": column("contact", found.mu, "1", "friction coefficient"),
-        "contact_mode": with_flags(column("contact", modes_of(P_N, P_F, found.mu), "1", "mode of the last step")),
-        **joint_variables(solution),
-    }
-
-
-def joint_variables(solution: SceneSolution) -> dict[str, Variable]:
-    """What the joints of a scene took, where it has some."""
-    if not solution.joint_names:
-        return {}
-    said = "impulse of the last step on the second body of a joint"
-    return {"joint_P": column("t joint axis", solution.joint_impulses, "N s", said)}
-
-
-def event_variables(solution: SceneSolution) -> dict[str, Variable]:
-    """What happened to pairs of bodies, in the order of time."""
-    found = solution.events
-    listed = ", ".join(f"{kind.value} {kind.name}" for kind in SceneEventKind)
-    return {
-        "event_t": column("event", found.t, "s", "beginning of the step of an event"),
-        "event_kind": column("event", found.kind, "1", listed),
-        "event_i": column("event", found.i, "1", "first body"),
-        "event_j": column("event", found.j, "1", "second body"),
-        "event_P_N": column("event", found.P_N, "N s", "normal impulses of the step, summed"),
-        "event_P": column("event axis", found.P, "N s", "impulse of the step on body j"),
-    }
-
-
-def pair_variables(solution: SceneSolution) -> dict[str, Variable]:
-    """What pairs of bodies exchanged, record by record."""
-    found = solution.pairs
-    works = {"normal": "normal impulses", "friction": "friction", "surface": "guided bodies and running surfaces"}
-    return {
-        "pair_t": column("pair", found.t, "s", "end of the interval of a pair"),
-        "pair_record": column("pair", found.record, "1", "record at which it ends"),
-        "pair_i": column("pair", found.i, "1", "first body"),
-        "pair_j": column("pair", found.j, "1", "second body"),
-        "pair_joint": column("pair", found.joint, "1", "joint that holds them, -1 where they touch"),
-        "pair_P": column("pair axis", found.P, "N s", "impulse on body j since the record before"),
-        **{
-            f"pair_{name}": column("pair", getattr(found, name), "J", f"work by {by} since the record before")
-            for name, by in works.items()
-        },
-    }
-
-
-def record_of(offsets: np.ndarray) -> np.ndarray:
-    """The record of each contact."""
-    return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-
-
 def scene_table(solution: SceneSolution, what: str = "bodies") -> pandas.DataFrame:
-    """A run of a scene as a table: a row a body of a record, a contact of a record, a record, or an event."""
+    """A run of a scene as a table: a row a body of a record, a contact of a record, a record, an event, or a pair."""
     as_name("table", what, SCENE_TABLES)
     pandas = require_data("pandas")
-    if what == "events":
-        return pandas.DataFrame(event_columns(solution))
-    if what == "contacts":
-        return pandas.DataFrame(contact_columns(solution))
-    if what == "pairs":
-        return pandas.DataFrame(pair_columns(solution))
     if what == "records":
-        columns = {"t": solution.t, "residual": solution.residual, "penetration": solution.penetration}
         works = solution.ledger if LEDGER in solution.recorded else {}
+        columns = {each.name: solution.columns[each.name] for each in SCENE[solution.dim]
+                   if each.shape == ("n_t",) and each.name in solution.columns}  # fmt: skip
         return pandas.DataFrame(columns | {f"{name} [J]": values for name, values in works.items()})
-    n_t, n_b = solution.position.shape[:2]
-    names = np.array(solution.names, dtype=object)
-    columns = {"t": np.repeat(solution.t, n_b), "body": np.tile(names, n_t)}
-    space = solution.dim == 3
-    for name, parts in (
-        ("position", AXES[: solution.dim]),
-        ("turn", ("w", *AXES) if space else ()),
-        ("velocity", AXES[: solution.dim]),
-        ("spin", AXES if space else ()),
-    ):
-        columns |= split(name, getattr(solution, name), parts)
+    if what == "bodies":
+        n_t, n_b = solution.position.shape[:2]
+        columns = {"t": np.repeat(solution.t, n_b), "body": np.tile(np.array(solution.names, dtype=object), n_t)}
+        for each in SCENE[solution.dim]:
+            if each.shape[:2] == ("n_t", "n_b"):
+                columns |= split(each, each.name, getattr(solution, each.name))
+        return pandas.DataFrame(columns)
+    found = {CONTACTS: lambda: solution.all_contacts.columns, EVENTS: lambda: solution.events.columns,
+             PAIRS: lambda: solution.pairs.columns}[what]()  # fmt: skip
+    columns = {}
+    for each in SCENE[solution.dim]:
+        if each.name.startswith(f"{what}/") and each.shape != ("n_t + 1",):
+            columns |= cells(solution, each, found[word_of(each.name)])
+    if what == CONTACTS:
+        record, modes = record_of(found["offsets"]), modes_in(solution.all_contacts)
+        P_N, P_F = normal_and_friction(found["P"], found["normal"])
+        columns |= {"t": solution.t[record], "record": record, "P_N": P_N, "P_F": P_F, "mode": named_modes(modes)}
+        columns = {name: columns[name] for name in (*FIRST, *columns)}
     return pandas.DataFrame(columns)
 
 
-def split(name: str, values: np.ndarray, parts: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """The components of an array (..., k) as columns."""
-    if not parts:
+def cells(solution: SceneSolution, each: Column, values: np.ndarray) -> dict[str, np.ndarray]:
+    """A column of contacts, events or pairs as those of a table: indices as names, vectors by components."""
+    name = word_of(each.name)
+    named = {"i": solution.names, "j": solution.names, "joint": [*solution.joint_names, ""],  # the last is that of none
+             "kind": [kind.name for kind in SceneEventKind]}  # fmt: skip
+    if name in named:
+        return {name: np.array(named[name], dtype=object)[values]}
+    return split(each, f"{name} [J]" if each.unit == "J" else name, np.asarray(values))
+
+
+def split(each: Column, name: str, values: np.ndarray) -> dict[str, np.ndarray]:
+    """The components of a column (..., k) as columns."""
+    size = each.shape[-1]
+    if isinstance(size, str):
         return {name: values.ravel()}
-    return {f"{name}_{part}": values[..., k].ravel() for k, part in enumerate(parts)}
+    return {f"{name}_{part}": values[..., k].ravel() for k, part in enumerate(COMPONENTS[size])}
 
 
-def event_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
-    """The events of pairs of bodies, with their names."""
-    found, names = solution.events, np.array(solution.names, dtype=object)
-    kinds = np.array([kind.name for kind in SceneEventKind], dtype=object)
-    columns = {"t": found.t, "kind": kinds[found.kind], "i": names[found.i], "j": names[found.j], "P_N": found.P_N}
-    return columns | split("P", found.P, AXES[: solution.dim])
-
-
-def pair_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
-    """What pairs of bodies exchanged, with their names."""
-    found, names = solution.pairs, np.array(solution.names, dtype=object)
-    joints = np.array([*solution.joint_names, ""], dtype=object)  # the last one is that of no joint
-    columns = {"t": found.t, "record": found.record, "i": names[found.i], "j": names[found.j]}
-    columns |= {"joint": joints[found.joint]} | split("P", found.P, AXES[: solution.dim])
-    return columns | {f"{name} [J]": np.asarray(getattr(found, name)) for name in ("normal", "friction", "surface")}
-
-
-def contact_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
-    """The contacts of all records with the names of their bodies."""
-    found, axes = solution.all_contacts, AXES[: solution.dim]
-    record, names = record_of(found.offsets), np.array(solution.names, dtype=object)
-    P_N, P_F = normal_and_friction(found.P, found.normal)
-    columns = {"t": solution.t[record], "record": record, "i": names[found.i], "j": names[found.j]}
-    columns |= {"gap": np.asarray(found.gap), "P_N": P_N, "P_F": P_F, "mu": np.asarray(found.mu)}
-    columns |= {"mode": named_modes(modes_of(P_N, P_F, found.mu))}
-    columns |= split("point", found.point, axes) | split("normal", found.normal, axes) | split("P", found.P, axes)
-    return columns
+def modes_in(found: ContactColumns) -> np.ndarray:
+    """The modes of all contacts."""
+    return modes_of(*normal_and_friction(found.P, found.normal), found.mu)
 
 
 def write_netcdf(

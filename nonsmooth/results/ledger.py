@@ -2,7 +2,8 @@
 
     kinetic(t) - kinetic(t_0) = force + friction + normal + surface + mass,    kinetic = (u, M u)/2
 
-``mass`` is kept where M depends on q or t, and is what the others leave.
+``mass`` is kept where M depends on q or t, and is what the others leave. That of a scene has the same works, and where
+contacts are compliant the energy that springs hold and the work of the dampers.
 """
 
 from __future__ import annotations
@@ -16,11 +17,16 @@ import numpy as np
 from nonsmooth.mechanics.system import MASS, POTENTIAL, System
 from nonsmooth.results.recorded import COORDINATES, LEDGER, VELOCITIES
 
+OF_ALL = ("force", "friction", "normal", "surface", "projection")  # defined: works
+STEP = "step"  # defined: of "normal", what the steps take or give, where contacts of a scene are rigid (book.py)
+WORKS = (*OF_ALL, STEP)
+ENERGIES = ("kinetic", "potential")
+ELASTIC, DAMPING = "elastic", "damping"  # defined: columns where contacts of a scene are compliant
+
 
 def works_by_name(columns: np.ndarray) -> dict[str, np.ndarray]:
     """The works since the start (m, 5) as the ledger's columns."""
-    names = ("force", "friction", "normal", "surface", "projection")
-    return {name: columns[:, k] for k, name in enumerate(names)}
+    return {name: columns[:, k] for k, name in enumerate(OF_ALL)}
 
 
 def finder_of_ledger(

@@ -3,18 +3,19 @@
     simulate(..., record=("coordinates", "events"))    some kinds, or one
     simulate(..., record="motion")                     short for those of the motion alone
 
-Of a system these are the kinds below, all of them where nothing is said; of a scene those of scene_records.py.
+Of a system all kinds are recorded where nothing is said; of a scene all but events and pairs.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput, nearest, shown
 
 MOTION = "motion"  # code: short for the kinds of the motion alone
 COORDINATES, VELOCITIES, GAPS, IMPULSES = "coordinates", "velocities", "gaps", "impulses"
 MODES, LEDGER, EVENTS = "modes", "ledger", "events"
+BODIES, CONTACTS, PAIRS = "bodies", "contacts", "pairs"
 # the kinds of a system, and the columns that a loop writes of each
 COLUMNS_OF = {
     COORDINATES: ("q",), VELOCITIES: ("u",), GAPS: ("g_N",), IMPULSES: ("P",), MODES: ("mode", "slip"),
@@ -24,10 +25,18 @@ KINDS = tuple(COLUMNS_OF)
 KINDS_OF_MOTION = (COORDINATES, VELOCITIES)
 KINDS_BETWEEN = (COORDINATES, VELOCITIES, MODES, EVENTS)  # what the motion within fixed steps is found with
 
+KINDS_UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded of a scene where nothing is said
+KINDS_OF_SCENE = (*KINDS_UNASKED, EVENTS, PAIRS)
+
 
 def kinds_of_system(record: Any) -> tuple[str, ...]:
     """What a run of a system records: all where nothing is said."""
     return chosen_kinds(record, KINDS, KINDS, KINDS_OF_MOTION)
+
+
+def kinds_of_scene(record: Any) -> tuple[str, ...]:
+    """What a run of a scene records, in the order of ``KINDS_OF_SCENE``."""
+    return chosen_kinds(record, KINDS_OF_SCENE, KINDS_UNASKED, motion=(BODIES,))
 
 
 def chosen_kinds(
@@ -75,3 +84,10 @@ class Recorded:
 
     def __set__(self, result: Any, value: Any) -> None:
         vars(result)[self.name] = value
+
+
+def index_of(name: Any, names: list[str]) -> int:
+    """The place of a body among all, or `InvalidInput` with the name that is nearest."""
+    if name not in names:
+        raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, names)}")
+    return names.index(name)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, nearest, shown
+from nonsmooth.errors import InvalidInput
+from nonsmooth.results.recorded import index_of
 from nonsmooth.scenes.scene import Kind, Scene
 from nonsmooth.views import Worded, view
 
@@ -105,10 +106,3 @@ class JointImpulses(NamedTuple):
 
     def _repr_html_(self) -> str:
         return view(Worded, "html")(self)
-
-
-def index_of(name: Any, names: list[str]) -> int:
-    """The place of a body among all, or `InvalidInput` with the name that is nearest."""
-    if name not in names:
-        raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, names)}")
-    return names.index(name)

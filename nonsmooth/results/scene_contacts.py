@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.results.scene_bodies import index_of
-from nonsmooth.views import Worded, view
+from nonsmooth.results.table import RowsOfContacts
+from nonsmooth.views import Worded
 
 
 @dataclass(frozen=True, eq=False)
-class SceneContacts:
+class SceneContacts(RowsOfContacts):
     """The contacts of one record; ``i`` pushes ``j`` along ``normal``.
 
     Attributes
@@ -30,17 +29,12 @@ class SceneContacts:
     P_N, P_F : (m,)
         Their normal part, and the size of their tangential part.
     mode : (m,) ContactMode
+    mu : (m,) friction coefficients
     names : (n_b,) of all bodies
     """
 
     t: float
-    i: np.ndarray
-    j: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    gap: np.ndarray
-    P: np.ndarray
-    mu: np.ndarray
+    columns: dict[str, np.ndarray]
     names: list[str]
 
     def __len__(self) -> int:
@@ -63,9 +57,7 @@ class SceneContacts:
 
     def of(self, name: str) -> SceneContacts:
         """Those of one body."""
-        k = index_of(name, self.names)
-        rows = np.flatnonzero((self.i == k) | (self.j == k))
-        return contacts_in(rows, self, self.t, self.names)
+        return replace(self, columns=self.touching(name))
 
     def __repr__(self) -> str:
         loaded = int((self.P_N > 0).sum())
@@ -84,26 +76,19 @@ def modes_of(P_N: np.ndarray, P_F: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return np.where(P_N > 0, sliding, ContactMode.OPEN)
 
 
-class ContactColumns(NamedTuple):
+class ContactColumns(Worded, RowsOfContacts):
     """The contacts of all records, one behind the other; those of record k are offsets[k] to offsets[k + 1] - 1."""
 
     offsets: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    gap: np.ndarray
-    P: np.ndarray
-    mu: np.ndarray
 
-    def __repr__(self) -> str:
-        return view(Worded, "repr")(self)
+    def __init__(self, columns: dict[str, np.ndarray]) -> None:
+        self.columns = columns
 
-    def _repr_html_(self) -> str:
-        return view(Worded, "html")(self)
+    @property
+    def _fields(self) -> tuple[str, ...]:
+        return tuple(self.columns)
 
-
-def contacts_in(rows: Any, columns: SceneContacts | ContactColumns, t: float, names: list[str]) -> SceneContacts:
-    """The contacts in some rows of columns, at a time."""
-    of_contacts = {name: getattr(columns, name)[rows] for name in ContactColumns._fields[1:]}
-    return SceneContacts(t=t, names=names, **of_contacts)
+    def at(self, rows: slice | np.ndarray, t: float, names: list[str]) -> SceneContacts:
+        """Some of the contacts, at a time."""
+        columns = {name: column[rows] for name, column in self.columns.items() if name != "offsets"}
+        return SceneContacts(t, columns, names)

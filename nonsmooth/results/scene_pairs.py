@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.results.scene_bodies import index_of
+from nonsmooth.results.table import RowsOfPairs
 
 
 class ScenePair(NamedTuple):
@@ -25,7 +25,7 @@ class ScenePair(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ScenePairs:
+class ScenePairs(RowsOfPairs):
     """What pairs of bodies exchanged, record by record: those that touched since the record before, and joints.
 
     Sums over all pairs are the change of ``ledger["normal"]``, ``["friction"]`` and ``["surface"]``; what the impulses
@@ -50,15 +50,7 @@ class ScenePairs:
         Of all bodies and joints.
     """
 
-    t: np.ndarray
-    record: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    joint: np.ndarray
-    P: np.ndarray
-    normal: np.ndarray
-    friction: np.ndarray
-    surface: np.ndarray
+    columns: dict[str, np.ndarray]
     names: list[str]
     joint_names: list[str]
 
@@ -76,11 +68,7 @@ class ScenePairs:
 
     def of(self, *names: str) -> ScenePairs:
         """Those of one body, or of two."""
-        has = np.ones(len(self), bool)
-        for name in names:
-            b = index_of(name, self.names)
-            has &= (self.i == b) | (self.j == b)
-        return self._rows(np.flatnonzero(has))
+        return replace(self, columns=self.touching(*names))
 
     def total(self) -> ScenePairs:
         """The sums of each pair over all intervals, in the order of (i, j, joint); t and record are the last."""
@@ -88,28 +76,12 @@ class ScenePairs:
         every, at = np.unique(keys, axis=0, return_inverse=True)
         last = np.zeros(len(every), np.int64)
         np.maximum.at(last, at.ravel(), np.arange(len(self)))
-        sums: dict[str, Any] = {}
+        sums = self.columns_at(last)
         for name in ("P", "normal", "friction", "surface"):
-            column = np.asarray(getattr(self, name))
-            sums[name] = np.zeros((len(every), *column.shape[1:]))
-            np.add.at(sums[name], at.ravel(), column)
-        return replace(self._rows(last), **sums)
-
-    def _rows(self, rows: np.ndarray) -> ScenePairs:
-        """Some of the rows."""
-        return replace(self, **{name: getattr(self, name)[rows] for name in COLUMNS})
+            sums[name] = np.zeros_like(sums[name])
+            np.add.at(sums[name], at.ravel(), np.asarray(self.columns[name]))
+        return replace(self, columns=sums)
 
     def __repr__(self) -> str:
         pairs = len(np.unique(np.stack([self.i, self.j, self.joint]), axis=1).T)
         return f"ScenePairs({len(self)} rows of {pairs} pairs)"
-
-
-# defined: arrays of rows
-COLUMNS = tuple(field.name for field in fields(ScenePairs) if field.name not in ("names", "joint_names"))
-
-
-def pairs_of(records: Any, pairs: Any, names: list[str], joint_names: list[str]) -> ScenePairs:
-    """From columns, or rows, of records and pairs."""
-    record = np.repeat(np.arange(len(records["t"])), records["n_pairs"])
-    columns = {name: pairs[name][: len(record)] for name in COLUMNS if name not in ("t", "record")}
-    return ScenePairs(np.asarray(records["t"])[record], record, **columns, names=names, joint_names=joint_names)

@@ -1,37 +1,27 @@
 """The result of `simulate` for a scene: bodies as arrays, the contacts of all records in one table.
 
-Kept in other files: a body or a joint by name (scene_bodies.py), the contacts of a record (scene_contacts.py), events,
-pairs and paradoxes (scene_events.py, scene_pairs.py, scene_paradoxes.py), what the run cost (scene_stats.py).
+Kept in other files: its columns (table.py), a body or a joint by name (scene_bodies.py), the contacts of a record
+(scene_contacts.py), events and paradoxes (events.py), pairs (scene_pairs.py), what the run cost (stats.py).
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
-from nonsmooth.results.recorded import Recorded
-from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses, index_of
-from nonsmooth.results.scene_contacts import ContactColumns, SceneContacts, contacts_in
-from nonsmooth.results.scene_paradoxes import SceneParadox, no_rows, paradox_of
-from nonsmooth.results.scene_records import (
-    BODIES,
-    CONTACTS,
-    ENERGIES,
-    EVENTS,
-    JOINT_IMPULSES,
-    KINDS,
-    LEDGER,
-    OF_BODIES,
-    PAIRS,
-    SCALAR,
-    WORKS,
-)
-from nonsmooth.results.scene_stats import SceneStats
+from nonsmooth.results.events import SceneEvents, SceneParadox, paradox_of
+from nonsmooth.results.recorded import CONTACTS, EVENTS, KINDS_OF_SCENE, LEDGER, PAIRS, index_of, not_recorded
+from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses
+from nonsmooth.results.scene_contacts import ContactColumns, SceneContacts
+from nonsmooth.results.scene_pairs import ScenePairs
+from nonsmooth.results.stats import SceneStats
+from nonsmooth.results.table import SCENE, RecordsOfScene, kinds_in, numbered, under
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
@@ -40,33 +30,14 @@ if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Body, Scene
 
 
-Columns = Any  # arrays by name: a dictionary, or a structured array
-
-
-def columns_of(
-    records: Columns, contacts: Columns, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS
-) -> dict[str, Any]:
-    """The arrays of a `SceneSolution` from columns, or rows, of records and contacts; None for what was not kept."""
-    columns: dict[str, Any] = {name: records[name] for name in SCALAR}
-    columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
-    columns["ledger"] = {name: records[name] for name in (*ENERGIES, *works)} if LEDGER in kinds else None
-    columns["all_contacts"] = columns["events"] = columns[PAIRS] = columns[JOINT_IMPULSES] = None
-    if CONTACTS in kinds:
-        offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
-        of_contacts = (contacts[name][: offsets[-1]] for name in ContactColumns._fields[1:])
-        columns["all_contacts"] = ContactColumns(offsets, *of_contacts)
-        known = records.dtype.names if isinstance(records, np.ndarray) else records
-        no_joints = np.zeros((len(records["t"]), 0, contacts["point"].shape[1]))
-        columns[JOINT_IMPULSES] = records[JOINT_IMPULSES] if JOINT_IMPULSES in known else no_joints
-    return columns
-
-
 @dataclass(frozen=True, eq=False)
-class SceneSolution:
+class SceneSolution(RecordsOfScene):
     """The result of `simulate` for a `Scene`.
 
     Attributes
     ----------
+    columns : dict of str to array
+        All arrays by name, as files have them (docs/files.md); those of the records are attributes.
     t : (n_t,) times of the records [s]
     position : (n_t, n_b, 2|3) centres of mass [m]
     turn : (n_t, n_b) angles [rad], or (n_t, n_b, 4) unit quaternions (w, x, y, z)
@@ -106,28 +77,46 @@ class SceneSolution:
         ``paradoxes`` as numbers.
     """
 
-    t: np.ndarray
-    residual: np.ndarray
-    penetration: np.ndarray
+    columns: dict[str, np.ndarray]
     stats: SceneStats
     status: Status
     message: str
     names: list[str]
     scene: Scene | None
-    centres: np.ndarray
-    position: Recorded = Recorded(BODIES)
-    turn: Recorded = Recorded(BODIES)
-    velocity: Recorded = Recorded(BODIES)
-    spin: Recorded = Recorded(BODIES)
-    all_contacts: Recorded = Recorded(CONTACTS)
-    ledger: Recorded = Recorded(LEDGER)
-    events: Recorded = Recorded(EVENTS)
-    pairs: Recorded = Recorded(PAIRS)
-    joint_impulses: Recorded = Recorded(CONTACTS)
-    t_events: list[np.ndarray] = field(default_factory=list)
     about: dict[str, Any] = field(default_factory=dict)
     joint_names: list[str] = field(default_factory=list)
-    paradox_rows: np.ndarray = field(default_factory=no_rows)
+    kinds: ClassVar = {column.name: column.kind for column in SCENE[3]}
+
+    @functools.cached_property
+    def all_contacts(self) -> ContactColumns:
+        """The contacts of all records."""
+        return ContactColumns(self._recorded(CONTACTS, "all_contacts"))
+
+    @functools.cached_property
+    def ledger(self) -> dict[str, np.ndarray]:
+        """Energies and works since the start, by name."""
+        return self._recorded(LEDGER, LEDGER)
+
+    @functools.cached_property
+    def events(self) -> SceneEvents:
+        """What happened to pairs of bodies."""
+        return SceneEvents(self._recorded(EVENTS, EVENTS), self.names)
+
+    @functools.cached_property
+    def pairs(self) -> ScenePairs:
+        """What pairs of bodies exchanged."""
+        return ScenePairs(self._recorded(PAIRS, PAIRS), self.names, self.joint_names)
+
+    @property
+    def t_events(self) -> list[np.ndarray]:
+        """Times of the events of each function of the user [s]."""
+        return numbered(self.columns, "t_events")
+
+    def _recorded(self, kind: str, name: str) -> dict[str, np.ndarray]:
+        found = under(self.columns, kind)
+        if not found:
+            raise not_recorded(name, kind)
+        return found
 
     @property
     def paradoxes(self) -> list[SceneParadox]:
@@ -147,8 +136,8 @@ class SceneSolution:
     @property
     def recorded(self) -> tuple[str, ...]:
         """What was recorded: "bodies", "contacts", "ledger", "events", "pairs"."""
-        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger", EVENTS: "events", PAIRS: "pairs"}
-        return tuple(kind for kind in KINDS if vars(self)[columns[kind]] is not None)
+        there = kinds_in(SCENE[self.dim], self.columns)
+        return tuple(kind for kind in KINDS_OF_SCENE if kind in there)
 
     @property
     def bodies(self) -> list[Body]:
@@ -198,8 +187,7 @@ class SceneSolution:
                 raise InvalidInput(f"t must lie in [{self.t[0]:g}, {self.t[-1]:g}] s, the times of the run; got {t:g}")
             k = int(np.argmin(np.abs(self.t - t)))
         every = self.all_contacts
-        rows = slice(every.offsets[k], every.offsets[k + 1])
-        return contacts_in(rows, every, float(self.t[k]), self.names)
+        return every.at(slice(every.offsets[k], every.offsets[k + 1]), float(self.t[k]), self.names)
 
     def joint(self, name: str) -> JointImpulses:
         """The impulses of a joint, by name.

@@ -1,8 +1,7 @@
-"""Solutions on disk: .npz always, .h5 with the extra [io], .nc with [data]. No pickle; sealed, written to a file.part
+"""Results on disk: .npz always, .h5 with the extra [io], .nc with [data]. No pickle; sealed, written to a file.part
 and moved into place.
 
-The arrays stand under their attribute names, the ledger under ``ledger/<column>``, the user's events under
-``t_events/<k>`` and so on, k the number of the function; the rest is one JSON text ``about``. docs/files.md
+The arrays stand under the names of their table (table.py); the rest is one JSON text ``about``. docs/files.md
 """
 
 from __future__ import annotations
@@ -11,58 +10,75 @@ import functools
 import json
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from nonsmooth.checks.arrays import as_instance
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, ModelNotFoundWarning, Status, warn_caller
+from nonsmooth.integrators.records import EVENT_I, EVENT_J, EVENT_KIND, INCONSISTENT, INDETERMINATE
 from nonsmooth.mechanics.description import names_in_file, of_names
 from nonsmooth.mechanics.system import System
+from nonsmooth.results.checkpoint import load_checkpoint, load_scene_checkpoint
+from nonsmooth.results.events import SceneEventKind
 from nonsmooth.results.forms import Form, require_forms
 from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
+from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import PER_RECORD, Solution
-from nonsmooth.results.stats import Stats
-from nonsmooth.results.table import SYSTEM, rules_of
+from nonsmooth.results.stats import SceneStats, SpringStats, Stats
+from nonsmooth.results.table import SCENE, SYSTEM, Table, numbered, rules_of, under
 from nonsmooth.views import view
 
-SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file
+if TYPE_CHECKING:
+    from nonsmooth.scenes.scene import Scene
+
+SCHEMA = 1  # code: of the form of the file
+KIND, SCENE_KIND = "solution", "scene"
 HDF5 = (".h5", ".hdf5")
 ENDINGS, NETCDF = (".npz", *HDF5), ".nc"
 ARRAYS = (*PER_RECORD, "event_rows")
-LEDGER = "ledger/"
+LEDGER, MOTION = "ledger/", "motion/"
 OF_EVENTS = ("t_events", "q_events", "u_events")
-MOTION, STEPS = "motion/", ("t", "h", "q", "u", "B")
+STEPS = ("t", "h", "q", "u", "B")
+Result = TypeVar("Result", Solution, SceneSolution)
 
 
-def save(solution: Solution, path: str | Path) -> Path:
-    """Write a solution; the ending of the path, .npz or .h5, names the format."""
+def save(result: Solution | SceneSolution, path: str | Path) -> Path:
+    """Write a result; the ending of the path, .npz, .h5 or .nc, names the format."""
     path = as_place("path", path, (*ENDINGS, NETCDF))
-    text, arrays = content_of(solution)
+    kind, about, found = content_of_scene(result) if isinstance(result, SceneSolution) else content_of(result)
+    told = {"schema": SCHEMA, "status": int(result.status), "message": result.message, "about": result.about}
+    text, arrays = json.dumps(told | about), {name: np.ascontiguousarray(array) for name, array in found.items()}
     if path.suffix == NETCDF:
-        add = functools.partial(put_run, KIND, {"about": np.array(text), **arrays})
-        return view(solution, "netcdf")(solution, path, add)  # type: ignore[no-any-return]
+        add = functools.partial(put_run, kind, {"about": np.array(text), **arrays})
+        return view(result, "netcdf")(result, path, add)  # type: ignore[no-any-return]
     if path.suffix in HDF5:
-        write_hdf5(path, KIND, functools.partial(fill_hdf5, text, arrays))
+        write_hdf5(path, kind, functools.partial(fill_hdf5, text, arrays))
     else:
-        write_npz(path, KIND, {"about": np.array(text), **arrays}, is_compressed=True)
+        write_npz(path, kind, {"about": np.array(text), **arrays}, is_compressed=True)
     return path
 
 
-def content_of(solution: Solution) -> tuple[str, dict[str, np.ndarray]]:
-    """The text and the arrays of a file."""
-    text = json.dumps({
-        "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
-        "stats": vars(solution.stats), "about": solution.about, "names": names_in_file(solution.described),
+def content_of(solution: Solution) -> tuple[str, dict[str, Any], dict[str, np.ndarray]]:
+    """What a file has of the run of a system: its kind, what stands in its text, its arrays."""
+    about = {
+        "stats": vars(solution.stats), "names": names_in_file(solution.described), "theta": solution.theta,
         "model": solution.named_model if solution.system is None else view(solution, "name model")(solution.system),
-        "theta": solution.theta,
-    })  # fmt: skip
-    return text, _arrays_of(solution)
+    }  # fmt: skip
+    return KIND, about, _arrays_of(solution)
+
+
+def content_of_scene(solution: SceneSolution) -> tuple[str, dict[str, Any], dict[str, np.ndarray]]:
+    """The same of the run of a scene."""
+    about = {"stats": asdict(solution.stats), "names": solution.names, "joint_names": solution.joint_names}
+    return SCENE_KIND, about, solution.columns
 
 
 def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
@@ -103,41 +119,50 @@ def load(path: str | Path, model: Any = None) -> Solution:
     """Read what ``save`` wrote, or a checkpoint, and find the model that it names."""
     path = as_path("path", path)
     if os.path.isdir(path):
-        from nonsmooth.results.checkpoint import load_checkpoint
-
         return load_checkpoint(path, functools.partial(_system_of, path, model))
-    with refusals(path, "is not a saved solution"):
-        found = _read(path)
+    return _with_model(_read(path, KIND, "is not a saved solution", lambda forms: SYSTEM, _solution), path, model)
+
+
+def load_scene(path: str | Path, scene: Scene | None = None) -> SceneSolution:
+    """The same of a run of a scene; with the scene, which is not stored, its pictures can be drawn."""
+    path = as_path("path", path)
+    if os.path.isdir(path):
+        solution = load_scene_checkpoint(path)
+    else:
+        solution = _read(path, SCENE_KIND, "is not a saved run of a scene", _table_of_scene, _scene_solution)
+    return solution if scene is None else with_scene(solution, scene)
+
+
+def _read(
+    path: Path, kind: str, what: str, table_of: Callable[[Mapping[str, Form]], Table],
+    result_of: Callable[[dict[str, Any], dict[str, np.ndarray]], Result],
+) -> Result:  # fmt: skip
+    """A result of one kind; `InvalidInput` for a file that is none, or damaged."""
+
+    def check(forms: Mapping[str, Form]) -> None:
+        require_forms(forms, rules_of(table_of(forms), forms))
+
+    with refusals(path, what):
+        if path.suffix == NETCDF:
+            found = Archive(kind, read_run_within(path, check))
+        elif path.suffix in HDF5:
+            require_kind(seal_of(path), kind)
+            text, arrays = read_sealed(path, check)
+            found = Archive(kind, {"about": np.array(text), **arrays})
+        else:
+            found = read_npz(path, check)
         about = found.about()
-        if about["schema"] != SOLUTION_SCHEMA:
-            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SOLUTION_SCHEMA}")
-        require_kind(found.kind, KIND)
-        solution = _solution(about, found.arrays)
-    return _with_model(solution, path, model)
-
-
-def _read(path: Path) -> Archive:
-    if path.suffix == NETCDF:
-        return Archive(KIND, read_run_within(path, _check))
-    return _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
-
-
-def _read_hdf5(path: Path) -> Archive:
-    require_kind(seal_of(path), KIND)
-    about, arrays = read_sealed(path, _check)
-    return Archive(KIND, {"about": np.array(about), **arrays})
-
-
-def _check(forms: Mapping[str, Form]) -> None:
-    """Raise unless these are the arrays of a solution: of what it recorded, all."""
-    require_forms(forms, rules_of(SYSTEM, forms))
+        if about["schema"] != SCHEMA:
+            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCHEMA}")
+        require_kind(found.kind, kind)
+        return result_of(about, found.arrays)
 
 
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
-    ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
+    ledger = under(arrays, "ledger")
     columns: dict[str, Any] = {name: arrays.get(name) for name in ARRAYS}
     find_ledger: Any = functools.partial(_rows_of, ledger) if ledger else None
-    events: dict[str, Any] = {name: _numbered(arrays, name) for name in OF_EVENTS}
+    events: dict[str, Any] = {name: numbered(arrays, name) for name in OF_EVENTS}
     return Solution(
         **columns, **events, find_ledger=find_ledger,
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
@@ -191,11 +216,53 @@ def _require_sizes(system: System, n_q: int, n_c: int) -> None:
         )
 
 
-def _numbered(arrays: dict[str, np.ndarray], name: str) -> list[np.ndarray]:
-    """The arrays name/0, name/1, ..."""
-    count = sum(entry.startswith(f"{name}/") for entry in arrays)
-    return [arrays[f"{name}/{k}"] for k in range(count)]
-
-
 def _rows_of(ledger: dict[str, np.ndarray], rows: Any) -> dict[str, np.ndarray]:
     return {name: column[rows] for name, column in ledger.items()}
+
+
+def _table_of_scene(forms: Mapping[str, Form]) -> Table:
+    """That of the plane or of space, as the centres tell."""
+    return SCENE[2] if "centres" in forms and forms["centres"].shape[1:] == (2,) else SCENE[3]
+
+
+def _scene_solution(about: dict[str, Any], columns: dict[str, np.ndarray]) -> SceneSolution:
+    stats, springs = about["stats"], about["stats"]["springs"]
+    solution = SceneSolution(
+        columns, stats=SceneStats(**stats | {"springs": None if springs is None else SpringStats(*springs)}),
+        status=Status(about["status"]), message=about["message"], names=about["names"], scene=None,
+        about=about["about"], joint_names=about["joint_names"],
+    )  # fmt: skip
+    require_places(solution)
+    return solution
+
+
+def require_places(solution: SceneSolution) -> None:
+    """Raise `ValueError` for numbers of bodies, joints, records, contacts or kinds that are not there."""
+    columns, n_b, n_j = solution.columns, len(solution.names), len(solution.joint_names)
+    if (len(columns["centres"]), columns.get("joint_impulses", np.empty((1, n_j))).shape[1]) != (n_b, n_j):
+        raise ValueError("its arrays are not those of its bodies and joints")
+    ends = {"pairs/joint": (-1, n_j), "pairs/record": (0, len(columns["t"])), "events/kind": (0, len(SceneEventKind))}
+    ends |= {name: (0, n_b) for name in columns if name.endswith(("/i", "/j"))}
+    paradoxes = columns["paradox_rows"]
+    places = [(name, columns[name], *bounds) for name, bounds in ends.items() if name in columns]
+    places += [("bodies of paradoxes", paradoxes[:, [EVENT_I, EVENT_J]], 0, n_b),
+               ("kinds of paradoxes", paradoxes[:, EVENT_KIND], INCONSISTENT, INDETERMINATE + 1)]  # fmt: skip
+    for name, column, low, end in places:
+        if ((column < low) | (column >= end)).any():
+            raise ValueError(f"its {name} must lie in {low} ... {end - 1}")
+    if "contacts/offsets" in columns:
+        offsets, m = columns["contacts/offsets"], len(columns["contacts/i"])
+        if offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] != m:
+            raise ValueError("the contacts of its records do not fit its offsets")
+
+
+def with_scene(solution: SceneSolution, scene: Scene) -> SceneSolution:
+    """The solution with the scene that it is of."""
+    from nonsmooth.scenes.scene import Scene
+
+    as_instance("scene", scene, Scene, "the ns.Scene that was run")
+    if [body.name for body in scene.bodies] != solution.names or scene.dim != solution.dim:
+        raise InvalidInput("scene is not the one that was run: its bodies have other names, or another order")
+    if [joint.name for joint in scene.joints] != solution.joint_names:
+        raise InvalidInput("scene is not the one that was run: its joints have other names, or another order")
+    return replace(solution, scene=scene)

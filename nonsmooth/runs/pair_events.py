@@ -1,7 +1,7 @@
 """What happens at the contacts of a scene from step to step, for runs that are asked for it by ``record=``.
 
 A pair of bodies is loaded in a step where one of its points has an impulse, and slides where all points that have one
-lie on their friction cones. A change of that from one step to the next is an event (results/scene_events.py). Pairs
+lie on their friction cones. A change of that from one step to the next is an event (results/events.py). Pairs
 that touch when a run begins have not landed; what they do in their first step is no change.
 """
 
@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.events import SceneEventKind
 from nonsmooth.results.scene_contacts import modes_of
-from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
-from nonsmooth.results.scene_records import event_row
-from nonsmooth.runs.scene_recorder import RunOfScene
+from nonsmooth.results.table import event_arrays, event_row
+from nonsmooth.runs.recorder import SceneRun
 
 MOST_EVENTS = 1_000_000  # chosen: that are kept: 64 MB in the plane, 72 in space
 TOUCHING = -1  # code: of a pair before its first step
@@ -24,25 +24,26 @@ class PairEvents:
 
     Parameters
     ----------
-    run : RunOfScene
+    run : SceneRun
         At its start.
     """
 
-    def __init__(self, run: RunOfScene) -> None:
+    def __init__(self, run: SceneRun) -> None:
         assembly = run.assembly
-        self.n_b, self.row = len(run.names), event_row(run.scene.dim)
+        self.n_b = len(run.names)
+        self.row = event_row(run.scene.dim)
         self.kept: list[np.ndarray] = []
         self.count = 0
         n, found, body = assembly.find_contacts(assembly.progress.tight), assembly.found, assembly.shapes.body
         self.pairs = np.unique(body[found.shape_i[:n]] * self.n_b + body[found.shape_j[:n]])
         self.modes = np.full(len(self.pairs), TOUCHING)
 
-    def steps_at_once(self, run: RunOfScene, most: int) -> int:
+    def steps_at_once(self, run: SceneRun, most: int) -> int:
         """How many steps may be taken until the next look: all that would be left out at rest, else one."""
         progress = run.assembly.progress
         return most if progress.is_resting == 1 and progress.dt == progress.dt_at_rest else 1
 
-    def look(self, run: RunOfScene, t: float, t_end: float) -> None:
+    def look(self, run: SceneRun, t: float, t_end: float) -> None:
         """Note what changed in the step from t to t_end."""
         pairs, modes, P_N, P = self._loaded(run)
         if np.array_equal(pairs, self.pairs) and np.array_equal(modes, self.modes):
@@ -62,7 +63,7 @@ class PairEvents:
         if self.count >= MOST_EVENTS:
             run.stop(f"the room for {MOST_EVENTS} events")
 
-    def _loaded(self, run: RunOfScene) -> tuple[np.ndarray, ...]:
+    def _loaded(self, run: SceneRun) -> tuple[np.ndarray, ...]:
         """The pairs with impulses, in order: their modes, normal impulses and impulses on the second body."""
         every = run.assembly.contact_rows()
         rows = type(every)(*(column[every.own[:, 0] > 0.0] for column in every))
@@ -70,8 +71,7 @@ class PairEvents:
         slides = modes_of(P[:, 0], np.linalg.norm(P[:, 1:], axis=1), rows.mu) == ContactMode.SLIDE
         pairs, at = np.unique(rows.i * self.n_b + rows.j, return_inverse=True)
         sticking = np.bincount(at, weights=~slides, minlength=len(pairs)) > 0
-        in_world = rows.in_world()
-        P_sum = np.stack([np.bincount(at, weights=part, minlength=len(pairs)) for part in in_world.T], axis=1)
+        P_sum = np.stack([np.bincount(at, weights=part, minlength=len(pairs)) for part in rows.P.T], axis=1)
         P_N = np.bincount(at, weights=P[:, 0], minlength=len(pairs))
         return pairs, np.where(sticking, ContactMode.STICK, ContactMode.SLIDE), P_N, P_sum
 
@@ -85,7 +85,6 @@ class PairEvents:
         self.kept.append(rows)
         self.count += len(rows)
 
-    def events(self, names: list[str]) -> SceneEvents:
-        """All of them."""
-        rows = np.concatenate([np.empty(0, self.row), *self.kept])
-        return SceneEvents(**{name: rows[name].copy() for name in self.row.names or ()}, names=names)
+    def columns(self) -> dict[str, np.ndarray]:
+        """All of them, as a solution has them."""
+        return event_arrays(np.concatenate([np.empty(0, self.row), *self.kept]))

@@ -2,24 +2,36 @@
 
 A method with a fixed step has a row for each record time from the beginning on, and keeps it there. The rows of one
 that chooses its steps are taken from block to block, and so are its steps, where the motion is wanted.
+
+Records of a scene go through a window of some. It has the state as the steps have it, the principal axes of the bodies;
+what users are shown, with energies, is made of many records at once when the window is emptied.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from nonsmooth.checks.memory import require_memory
-from nonsmooth.errors import Status
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record, no_rows
 from nonsmooth.results.events import MAX_EVENTS
-from nonsmooth.results.recorded import KINDS
+from nonsmooth.results.recorded import BODIES, CONTACTS, KINDS, KINDS_UNASKED, LEDGER, PAIRS
+from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.solution import Solution
+from nonsmooth.results.table import scene_arrays, scene_rows
 from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of, left_out
 
 ROW_CAPACITY = 4096  # chosen: rows between two visits of Python
+GROWTH = 2  # chosen: of the room for records of a scene, where their number is that of the steps
+SCENE_WINDOW = 2**22  # chosen: bytes of records of a scene in the window
 
+Arrays = dict[str, np.ndarray]
+SceneRun = Any  # of scene_run.py, which has a recorder
 Steps = tuple[np.ndarray, ...]  # t, h, q, u, B of results/motion.py
 
 
@@ -150,3 +162,202 @@ def new_steps(record: Record) -> Steps:
     taken = tuple(column[: steps.n_steps].copy() for column in (steps.t, steps.h, steps.q, steps.u, steps.B))
     steps.n_steps = 0
     return taken
+
+
+class Window:
+    """Records that were written and not taken away yet.
+
+    Parameters
+    ----------
+    run : SceneRun
+    kinds : tuple of str
+        What is kept of a record.
+    """
+
+    def __init__(self, run: SceneRun, kinds: tuple[str, ...]) -> None:
+        motion = run.world.bodies.motion
+        self.kinds, self.world, self.works = kinds, run.world, run.works
+        rows = max(2, SCENE_WINDOW // (8 * (motion.x.size + motion.v.size)))
+        self.size = min(run.table.count, rows) if run.is_counted else rows
+        self.held = {name: np.empty((self.size, *np.shape(value)), np.asarray(value).dtype)
+                     for name, value in state_of(run, kinds).items()}  # fmt: skip
+        self.counted = counted_rows(run, kinds)
+        self._clear()
+
+    def _clear(self) -> None:
+        self.count = 0
+        self.parts: dict[str, list[Arrays]] = {kind: [] for kind in self.counted}  # rows that records count
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there is no room for one more."""
+        return self.count == self.size
+
+    def put(self, run: SceneRun, t: float) -> None:
+        """Write the state of the run."""
+        for name, value in state_of(run, self.kinds, t).items():
+            self.held[name][self.count] = value
+        if CONTACTS in self.kinds:
+            self.parts[CONTACTS].append(contacts_of(run, self.counted[CONTACTS].names or ()))
+        if PAIRS in self.kinds:
+            self.parts[PAIRS].append(run.assembly.exchanged())
+        self.count += 1
+
+    def take(self) -> dict[str, Arrays]:
+        """Take the records out: their columns, and those of the kinds that they count."""
+        columns, dim = {name: column[: self.count] for name, column in self.held.items()}, self.world.dim
+        x, v, works = (columns.pop(name, np.empty(0)) for name in ("x", "v", "works"))
+        if BODIES in self.kinds:
+            turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
+            columns |= {"position": x[:, :, :dim], "turn": turn, "velocity": v[:, :, :dim], "spin": spin}
+        if LEDGER in self.kinds:
+            ledger = self.world.energies(x, v) | dict(zip(self.works, works.T, strict=True))
+            columns |= {f"{LEDGER}/{name}": column for name, column in ledger.items()}
+        rows = {"records": columns}
+        for kind, row in self.counted.items():
+            columns[f"n_{kind}"] = np.array([len(found["i"]) for found in self.parts[kind]], np.int64)
+            rows[kind] = joined(self.parts[kind], row)
+        self._clear()
+        return rows
+
+
+def state_of(run: SceneRun, kinds: tuple[str, ...], t: float = 0.0) -> dict[str, Any]:
+    """What a record is made of, at a time: columns of the table, and x, v and works, which many are made of at once."""
+    motion, figures = run.world.bodies.motion, run.assembly.progress.figures
+    state: dict[str, Any] = {"t": t, "residual": figures.since_residual, "penetration": figures.since_penetration}
+    if BODIES in kinds or LEDGER in kinds:
+        state |= {"x": motion.x, "v": motion.v}
+    if LEDGER in kinds:
+        state["works"] = run.assembly.ledger.work
+    if CONTACTS in kinds:
+        joints = len(run.scene.joints)
+        pulls = run.assembly.joint_impulses() if joints and run.steps else np.zeros((joints, run.scene.dim))
+        state["joint_impulses"] = pulls
+    return state
+
+
+def contacts_of(run: SceneRun, names: Sequence[str]) -> Arrays:
+    """Columns of the contacts of the last step."""
+    rows, n = run.assembly.contact_rows(), None if run.steps else 0
+    return {name: getattr(rows, name)[:n].copy() for name in names}
+
+
+def rows_of(run: SceneRun, kinds: tuple[str, ...]) -> dict[str, np.dtype]:
+    """The rows of a run: of its records, and of the kinds that they count."""
+    scene = run.scene
+    return scene_rows(len(scene.bodies), scene.dim, kinds, len(scene.joints), run.works)
+
+
+def counted_rows(run: SceneRun, kinds: tuple[str, ...]) -> dict[str, np.dtype]:
+    """Those of the kinds that its records count."""
+    return {kind: row for kind, row in rows_of(run, kinds).items() if kind != "records"}
+
+
+def joined(parts: list[Arrays], row: np.dtype) -> Arrays:
+    """Columns of such rows, one record behind the other."""
+    none = np.empty(0, row)
+    return {name: np.concatenate([none[name], *(part[name] for part in parts)]) for name in row.names or ()}
+
+
+class SceneRecorder:
+    """Records in memory.
+
+    Parameters
+    ----------
+    kinds : tuple of str
+        Of "bodies", "contacts", "ledger", "events", "pairs": what is kept with times, residuals and penetrations.
+    """
+
+    def __init__(self, kinds: tuple[str, ...] = KINDS_UNASKED) -> None:
+        self.kinds = kinds
+
+    def require_room(self, run: SceneRun) -> None:
+        """Raise `InvalidInput` for more records than there is memory for."""
+        needed = float(rows_of(run, self.kinds)["records"].itemsize) * run.table.count
+        require_memory(needed, f"{run.table.count} records", "take a larger every or dt, or checkpoint=")
+
+    def begin(self, run: SceneRun) -> None:
+        """Get ready before the first record; contacts are reckoned to stay as many as there are at the start."""
+        count = run.table.count
+        self.window = Window(run, self.kinds)
+        row = rows_of(run, self.kinds)["records"]
+        self.records = {name: np.zeros((count + 1, *row[name].shape), row[name].base) for name in row.names or ()}
+        self.counted = counted_rows(run, self.kinds)
+        self.parts: dict[str, list[Arrays]] = {kind: [] for kind in self.counted}
+        self.rows, self.held, self.looked = 0, 0, 0  # records; bytes of what they count
+        if self.counted:
+            each = sum(row.itemsize for row in self.counted.values())
+            needed = (row.itemsize + float(each) * run.n_touching) * count
+            what = f"{count} records of {run.n_touching} contacts"
+            require_memory(needed, what, "take a larger every or dt, record=('bodies',), or checkpoint=")
+
+    def write(self, run: SceneRun, t: float) -> None:
+        """Write the state of the run as its next record."""
+        if self.window.is_full:
+            self.empty(run)
+        self.window.put(run, t)
+
+    def empty(self, run: SceneRun) -> None:
+        """Empty the window."""
+        counted = self.window.take()
+        columns = counted.pop("records")
+        n = len(columns["t"])
+        self._require_rows(run, self.rows + n)
+        for name, column in columns.items():
+            self.records[name][self.rows : self.rows + n] = column
+        self.rows += n
+        for kind, rows in counted.items():
+            self.parts[kind].append(rows)
+            self.held += self.counted[kind].itemsize * len(rows["i"])
+        self._require_room_for_counted(run)
+
+    def _require_rows(self, run: SceneRun, rows: int) -> None:
+        """Room for so many records, of a run whose number of records is that of its steps."""
+        if rows <= len(self.records["t"]):
+            return
+        room = rows + 1
+        if run.status == Status.RUNNING:
+            room = GROWTH * rows
+            try:
+                held = sum(column.nbytes for column in self.records.values())
+                require_memory(room / len(self.records["t"]) * held, "records", "")
+            except InvalidInput:
+                run.stop("the free memory, which records of all steps would exceed,")
+                room = rows + 1
+        for name, column in self.records.items():
+            grown = np.zeros((room, *column.shape[1:]), column.dtype)
+            grown[: self.rows] = column[: self.rows]
+            self.records[name] = grown
+
+    def _require_room_for_counted(self, run: SceneRun) -> None:
+        """Stop a run whose contacts and pairs, each time they have doubled, would not fit at the rate so far."""
+        if self.held < 2 * self.looked or run.status != Status.RUNNING:
+            return
+        self.looked = self.held
+        left = self.held / self.rows * (run.table.count - self.rows if run.is_counted else self.rows)
+        try:
+            require_memory(left, "contacts", "")
+        except InvalidInput:
+            run.stop("the free memory, which contacts of all records would exceed,")
+
+    def look(self, run: SceneRun) -> None:
+        """Between two blocks of steps, some 50 times a second."""
+
+    def end(self, run: SceneRun) -> None:
+        """The run has come to its end, or was stopped: its state is the last record, unless it is one already."""
+        if run.status != Status.FINISHED and not run.is_at_record:
+            self.write(run, run.now)
+        self.empty(run)
+
+    def close(self) -> None:
+        """Nothing is written any more."""
+
+    def solution(self, run: SceneRun) -> SceneSolution:
+        """What was computed."""
+        records = {name: column[: self.rows] for name, column in self.records.items()}
+        rows = {"records": records} | {kind: joined(self.parts[kind], row) for kind, row in self.counted.items()}
+        return SceneSolution(
+            scene_arrays(rows) | run.watched() | {"centres": run.centres}, stats=run.stats(), status=run.status,
+            message=run.message(), names=run.names, scene=run.scene, about=run.about(),
+            joint_names=[joint.name for joint in run.scene.joints],
+        )  # fmt: skip

@@ -22,17 +22,27 @@ from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.laws import LAW_C
 from nonsmooth.mechanics.system import ContactMode, System
+from nonsmooth.results.events import SceneEventKind
 from nonsmooth.results.failures import StepFailure
-from nonsmooth.results.recorded import COORDINATES, GAPS, IMPULSES, MODES, VELOCITIES
-from nonsmooth.results.recorded import EVENTS as EVENTS_OF_SYSTEM
-from nonsmooth.results.recorded import LEDGER as LEDGER_OF_SYSTEM
+from nonsmooth.results.ledger import OF_ALL, STEP
+from nonsmooth.results.recorded import (
+    BODIES,
+    CONTACTS,
+    COORDINATES,
+    EVENTS,
+    GAPS,
+    IMPULSES,
+    LEDGER,
+    MODES,
+    PAIRS,
+    VELOCITIES,
+    kinds_of_scene,
+)
 from nonsmooth.results.scene_bodies import SceneState
-from nonsmooth.results.scene_contacts import ContactColumns
-from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
-from nonsmooth.results.scene_records import BODIES, CONTACTS, EVENTS, LEDGER, OF_ALL, PAIRS, STEP, as_kinds, event_row
 from nonsmooth.results.scene_solution import SceneSolution
-from nonsmooth.results.scene_stats import SceneStats
 from nonsmooth.results.solution import Solution
+from nonsmooth.results.stats import SceneStats
+from nonsmooth.results.table import event_arrays, event_row
 from nonsmooth.runs.choice import MOST_WITHOUT_FRICTION, STEPS_OF_SPAN, Auto
 from nonsmooth.scenes.as_system import CURE, moving_of, system_of, touches_of
 from nonsmooth.scenes.places import times, turn_by
@@ -44,7 +54,7 @@ MOST_RUBBING = 40
 # what is recorded of the system for each kind of a scene
 KINDS_OF = {
     BODIES: (COORDINATES, VELOCITIES), CONTACTS: (COORDINATES, GAPS, MODES, IMPULSES),
-    LEDGER: (COORDINATES, VELOCITIES, LEDGER_OF_SYSTEM), EVENTS: (COORDINATES, MODES, EVENTS_OF_SYSTEM),
+    LEDGER: (COORDINATES, VELOCITIES, LEDGER), EVENTS: (COORDINATES, MODES, EVENTS),
 }  # fmt: skip
 
 
@@ -97,7 +107,7 @@ class SceneBySystem:
         functions: Sequence[Callable], refused: dict[str, Any],
     ) -> None:  # fmt: skip
         method = type(integrator).__name__
-        self.kinds = as_kinds(record)
+        self.kinds = kinds_of_scene(record)
         refused = refused | {'record="pairs"': PAIRS in self.kinds}
         for option, value in refused.items():
             if value:
@@ -110,7 +120,7 @@ class SceneBySystem:
         self.touches = touches_of(scene)
         self.world, self.names = World(scene, self.t_0), [body.name for body in scene.bodies]
         self.moving = np.array([body.index for body in moving_of(scene)])
-        self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS_OF_SYSTEM})
+        self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS})
         self.events = [self._of_bodies(function) for function in functions]
 
     def _of_bodies(self, function: Callable) -> Callable:
@@ -153,24 +163,24 @@ class SceneBySystem:
         q = run.q if len(self.kinds) else np.zeros((len(run.t), self.system.n_q))
         has_velocities = VELOCITIES in self.record
         x, v = self.places(run.t, q, run.u if has_velocities else np.zeros_like(q))
-        columns: dict[str, Any] = dict.fromkeys(("position", "turn", "velocity", "spin"))
+        unknown, scene = np.full(len(run.t), np.nan), self.scene
+        columns = {
+            "t": run.t, "residual": unknown, "penetration": unknown, "centres": self.world.frames[:, : scene.dim],
+            "paradox_rows": self._paradox_rows(run),
+        } | {f"t_events/{k}": found for k, found in enumerate(run.t_events)}  # fmt: skip
         if BODIES in self.kinds:
-            columns = dict(zip(columns, self._columns(x, v), strict=True))
-        depth = 0.0 - run.g_N[:, : self.n_pairs].min(axis=1, initial=0.0) if CONTACTS in self.kinds else None
-        found = self._contacts(run, x) if CONTACTS in self.kinds else None
-        energies = self.world.energies(x, v)
-        ledger = energies | {name: run.ledger[name] for name in OF_ALL} if LEDGER in self.kinds else None
-        if ledger is not None:
-            ledger[STEP] = np.full(len(run.t), np.nan)  # not told apart
-        unknown = np.full(len(run.t), np.nan)
-        scene = self.scene
+            columns |= zip(("position", "turn", "velocity", "spin"), self._columns(x, v), strict=True)
+        if CONTACTS in self.kinds:
+            columns["penetration"] = 0.0 - run.g_N[:, : self.n_pairs].min(axis=1, initial=0.0)
+            columns |= self._contacts(run, x) | {"joint_impulses": self._joint_impulses(run)}
+        if LEDGER in self.kinds:
+            ledger = self.world.energies(x, v) | {name: run.ledger[name] for name in OF_ALL}
+            columns |= {f"{LEDGER}/{name}": column for name, column in ledger.items()}
+            columns[f"{LEDGER}/{STEP}"] = unknown  # not told apart
+        columns |= self._events(run) if EVENTS in self.kinds else {}
         return SceneSolution(
-            run.t, unknown, unknown if depth is None else depth, self._stats(run, found, depth), run.status,
-            run.message, self.names, scene, self.world.frames[:, : scene.dim], **columns, all_contacts=found,
-            ledger=ledger, events=self._events(run) if EVENTS in self.kinds else None, pairs=None,
-            joint_impulses=self._joint_impulses(run) if found is not None else None, t_events=run.t_events,
-            about=self._about(run), joint_names=[joint.name for joint in scene.joints],
-            paradox_rows=self._paradox_rows(run),
+            columns, self._stats(run, columns), run.status, run.message, self.names, scene, self._about(run),
+            [joint.name for joint in scene.joints],
         )  # fmt: skip
 
     def failure(self, failure: StepFailure) -> StepFailure:
@@ -184,15 +194,15 @@ class SceneBySystem:
             "contacts": f"{self.n_pairs} that may close",
         }  # fmt: skip
 
-    def _stats(self, run: Solution, found: ContactColumns | None, depth: np.ndarray | None) -> SceneStats:
-        cost = run.stats
-        closed = np.zeros(1, int) if found is None else np.diff(found.offsets)
+    def _stats(self, run: Solution, columns: dict[str, np.ndarray]) -> SceneStats:
+        cost, has_contacts = run.stats, CONTACTS in self.kinds
+        closed = np.diff(columns["contacts/offsets"]) if has_contacts else np.zeros(1, int)
         impacts = int((run.event_rows[:, records.EVENT_KIND] == records.IMPACT).sum())
-        drift = np.abs(run.g_N[:, self.n_pairs :]) if depth is not None else np.zeros((1, 0))
+        drift = np.abs(run.g_N[:, self.n_pairs :]) if has_contacts else np.zeros((1, 0))
         return SceneStats(
             cost.steps, int(closed[-1]), int(closed.max()), 0, {}, 0,
             cost.factorisations, impacts, 0, np.nan, cost.worst_residual, np.nan, 0, cost.worst_penetration,
-            np.nan if depth is None else float(depth[-1]), cost.wall_time, cost.compile_time, cost.energy_gains,
+            float(columns["penetration"][-1]), cost.wall_time, cost.compile_time, cost.energy_gains,
             cost.worst_energy_gain, cost.struck_together, cost.first_together,
             worst_joint_drift=float(drift.max(initial=0.0)), last_joint_drift=float(drift[-1].max(initial=0.0)),
             inconsistent=int((run.event_rows[:, records.EVENT_KIND] == records.INCONSISTENT).sum()),
@@ -242,7 +252,7 @@ class SceneBySystem:
         tangent = np.stack((normal[..., 1], -normal[..., 0]), axis=-1)
         return P_N[..., None] * normal + P_F[..., None] * tangent
 
-    def _contacts(self, run: Solution, x: np.ndarray) -> ContactColumns:
+    def _contacts(self, run: Solution, x: np.ndarray) -> dict[str, np.ndarray]:
         """The closed contacts of all records; the body of the smaller number pushes the other."""
         m = self.n_pairs
         point, normal = self._where(x)
@@ -252,11 +262,13 @@ class SceneBySystem:
         k, c = np.nonzero(is_closed)
         sign = np.where(self.sides[:, 0] < self.sides[:, 1], -1.0, 1.0)[c, None]  # of n out of the smaller number
         mu = np.where(self.system.kinds[:m, 1] > 0, self.system.laws[:m, LAW_C], 0.0)
-        return ContactColumns(
-            np.concatenate(([0], np.cumsum(is_closed.sum(axis=1)))), self.sides.min(axis=1, initial=2**62)[c],
-            self.sides.max(axis=1, initial=0)[c], point[k, c], sign * normal[k, c], run.g_N[:, :m][k, c],
-            sign * P[k, c], mu[c],
-        )  # fmt: skip
+        found = {
+            "offsets": np.concatenate(([0], np.cumsum(is_closed.sum(axis=1)))),
+            "i": self.sides.min(axis=1, initial=2**62)[c], "j": self.sides.max(axis=1, initial=0)[c],
+            "point": point[k, c], "normal": sign * normal[k, c], "gap": run.g_N[:, :m][k, c], "P": sign * P[k, c],
+            "mu": mu[c],
+        }  # fmt: skip
+        return {f"{CONTACTS}/{name}": column for name, column in found.items()}
 
     def _joint_impulses(self, run: Solution) -> np.ndarray:
         """(n_t, n_j, 2) on the second body of each joint."""
@@ -269,7 +281,7 @@ class SceneBySystem:
         bodies = np.sort(self.sides, axis=1)[rows[:, records.EVENT_CONTACT].astype(int)]
         return np.hstack((rows, bodies))
 
-    def _events(self, run: Solution) -> SceneEvents:
+    def _events(self, run: Solution) -> dict[str, np.ndarray]:
         """Changes of pairs of bodies, from those of their contacts."""
         m = self.n_pairs
         modes, found = run.mode[0, :m].copy(), list[tuple[Any, ...]]()
@@ -292,9 +304,7 @@ class SceneBySystem:
                 for kind in kinds_of_change(before[own], modes[own], bool(struck[own].any())):
                     is_parting = kind == SceneEventKind.PARTING
                     found.append((t, kind, i, j, *((0.0, 0.0 * on_j) if is_parting else (P[0, own].sum(), on_j))))
-        event = event_row(self.scene.dim)
-        columns = np.array(found, event)
-        return SceneEvents(**{name: columns[name].copy() for name in event.names or ()}, names=self.names)
+        return event_arrays(np.array(found, event_row(self.scene.dim)))
 
 
 def kinds_of_change(before: np.ndarray, after: np.ndarray, is_struck: bool) -> list[SceneEventKind]:

@@ -23,14 +23,14 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
-from nonsmooth.results.scene_problem import SceneProblem
-from nonsmooth.results.scene_records import EVENTS, PAIRS, WORKS
+from nonsmooth.results.ledger import WORKS
+from nonsmooth.results.recorded import EVENTS, PAIRS
 from nonsmooth.results.scene_solution import SceneSolution
-from nonsmooth.results.scene_stats import SceneStats
-from nonsmooth.results.scene_summary import worst_place
+from nonsmooth.results.stats import SceneStats
+from nonsmooth.results.summary import worst_place
 from nonsmooth.runs.pair_events import PairEvents
+from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
-from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
@@ -283,14 +283,12 @@ class SceneRun:
         paradoxes = self.assembly.paradoxes
         return paradoxes.rows[: int(paradoxes.count)].copy()
 
-    def watched(self) -> dict[str, Any]:
-        """Events, and times of those of the user, as a solution has them."""
-        columns: dict[str, Any] = {"paradox_rows": self.paradox_rows()}
-        if self.pair_events is not None:
-            columns["events"] = self.pair_events.events(self.names)
-        if self.watch is not None:
-            columns["t_events"] = self.watch.t_events
-        return columns
+    def watched(self) -> dict[str, np.ndarray]:
+        """Events, times of those of the user and paradoxes, as a solution has them."""
+        columns = {"paradox_rows": self.paradox_rows()}
+        columns |= {} if self.pair_events is None else self.pair_events.columns()
+        times = [] if self.watch is None else self.watch.t_events
+        return columns | {f"t_events/{k}": found for k, found in enumerate(times)}
 
     def _show(self, progress: Callable[[float], None]) -> None:
         """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
@@ -379,6 +377,8 @@ class SceneRun:
 
     def failure(self, solution: SceneSolution) -> StepFailure:
         """The exception of a run that did not end well."""
+        from nonsmooth.results.failed_problem import SceneProblem
+
         unsolved = self.assembly.unsolved if self.status == Status.NOT_SOLVED else None
         problem = None if unsolved is None else SceneProblem(unsolved, solution.message)
         kind = FAILURES.get(self.status, StepFailure)

@@ -13,8 +13,9 @@ import numpy as np
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.results.scene_bodies import BodyState, index_of
-from nonsmooth.runs.scene_recorder import RunOfScene
+from nonsmooth.results.recorded import index_of
+from nonsmooth.results.scene_bodies import BodyState
+from nonsmooth.runs.recorder import SceneRun
 from nonsmooth.runs.user_events import OF_SCENE, EventFailed, Stop, UserEvent
 from nonsmooth.scenes.places import conjugate, times
 
@@ -47,19 +48,19 @@ class SceneWatch:
 
     Parameters
     ----------
-    run : RunOfScene
+    run : SceneRun
     functions : sequence of callables
     """
 
-    def __init__(self, run: RunOfScene, functions: Sequence[Callable]) -> None:
+    def __init__(self, run: SceneRun, functions: Sequence[Callable]) -> None:
         self.events = [UserEvent(function, k, OF_SCENE) for k, function in enumerate(functions)]
         self.bodies = BodiesNow(run.world, run.names)
 
-    def steps_at_once(self, run: RunOfScene, most: int) -> int:
+    def steps_at_once(self, run: SceneRun, most: int) -> int:
         """How many steps may be taken until the next look."""
         return 1
 
-    def look(self, run: RunOfScene, t: float, t_end: float) -> None:
+    def look(self, run: SceneRun, t: float, t_end: float) -> None:
         """Look at the functions at the end of the step from t to t_end."""
         stops = [stop for event in self.events if (stop := self._follow(event, t_end)) is not None]
         if not stops:

@@ -11,8 +11,8 @@ from nonsmooth.errors import (
 )
 from nonsmooth.integrators.assembly.progress import MOST_TURN
 from nonsmooth.results.scene_solution import SceneSolution
-from nonsmooth.results.scene_stats import SceneStats
-from nonsmooth.results.scene_summary import worst_place
+from nonsmooth.results.stats import SceneStats
+from nonsmooth.results.summary import worst_place
 from nonsmooth.runs.scene_run import SceneRun
 
 MOST_OF_A_CHAIN = 20  # chosen: bodies, as of a break at billiards: in a pile all blows meet others, and none is told

@@ -9,15 +9,14 @@ from typing import Any
 from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator
-from nonsmooth.results.scene_records import EVENTS, as_kinds
+from nonsmooth.results.recorded import EVENTS, kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.identity import facts_of_scene_run
-from nonsmooth.runs.scene_recorder import SceneRecorder
+from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SceneRun
-from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
 from nonsmooth.runs.scene_warnings import warn_of
 from nonsmooth.runs.seen import looked_at
-from nonsmooth.runs.streaming import as_place
+from nonsmooth.runs.streaming import StreamingSceneRecorder, as_place
 from nonsmooth.scenes.scene import Scene
 
 
@@ -28,7 +27,7 @@ def simulate_scene(
     view: bool, threads: int,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
-    kinds = as_kinds(record)
+    kinds = kinds_of_scene(record)
     recorder = SceneRecorder(kinds)
     if checkpoint is not None or resume is not None:
         require_resumable(kind, integrator, kinds, functions)

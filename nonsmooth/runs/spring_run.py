@@ -15,11 +15,12 @@ from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit import running_time
 from nonsmooth.jit.blocks import named_numbers
-from nonsmooth.results.scene_paradoxes import no_rows
-from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, OF_ALL, PAIRS
-from nonsmooth.results.scene_stats import SceneStats, SpringStats
+from nonsmooth.results.events import no_rows
+from nonsmooth.results.ledger import DAMPING, ELASTIC, OF_ALL
+from nonsmooth.results.recorded import EVENTS, PAIRS
+from nonsmooth.results.stats import SceneStats, SpringStats
+from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.run import next_block
-from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SOFT, SceneRun, require_no_joints
 from nonsmooth.runs.times import listed, record_times
 from nonsmooth.scenes.scene import Scene

@@ -8,7 +8,7 @@ from typing import Any
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.jit import identity
-from nonsmooth.results.scene_records import as_kinds
+from nonsmooth.results.recorded import kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.simulate import require_integrator, simulate_whole
 from nonsmooth.runs.times import as_span, own_steps
@@ -74,7 +74,7 @@ class SceneTask(FunctionTask):
         if integrator is not None:
             require_integrator(integrator)
         self.t_span, self.integrator = None if t_span is None else as_span(t_span), integrator
-        self.every, self.record = as_count("every", every), as_kinds(record)
+        self.every, self.record = as_count("every", every), kinds_of_scene(record)
 
     def identity(self) -> str:
         """Of the function that builds, those that measure, and of the run."""

@@ -36,7 +36,7 @@ def run_with_forces_and_events():
 
 
 # what a file cannot hold without unpickling functions, and what stands for it
-NOT_STORED = {"system", "described", "find_ledger", "find_motion", "motion", "names", "named_model"}
+NOT_STORED = {"system", "described", "find_ledger", "find_motion", "motion", "names", "named_model", "gamma_F"}
 
 
 def public_values(solution):

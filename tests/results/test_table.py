@@ -6,14 +6,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import nonsmooth as ns
 from nonsmooth.integrators.records import Event
 from nonsmooth.jit.blocks import fields_of
 from nonsmooth.results.forms import NAMES, Form, require_forms
-from nonsmooth.results.table import EVENT, SYSTEM, columns_along, row_type, rules_of
+from nonsmooth.results.table import (
+    EVENT,
+    SCENE,
+    SYSTEM,
+    RecordsOfScene,
+    RowsOfContacts,
+    RowsOfEvents,
+    RowsOfPairs,
+    columns_along,
+    row_type,
+    rules_of,
+    word_of,
+)
 
 DOCS = Path(__file__).parents[2] / "docs"
 HEAD = "| array | of | dtype | shape | unit | meaning |\n|---|---|---|---|---|---|\n"
-PAGES = {"Columns of a solution": SYSTEM}
+PAGES = {"Columns of a solution": SYSTEM, "Columns of a run of a scene": SCENE[3]}
 SIZES = {"n_t": 4, "n_q": 3, "n_u": 3, "n_c": 2, "d": 1}
 
 
@@ -40,6 +53,33 @@ def test_the_page_of_recording_names_every_field_of_a_kind():
             assert column.name.removesuffix("/*") in fields[column.kind], column
 
 
+def test_in_the_plane_a_vector_has_two_components_and_turns_are_angles():
+    planar = {column.name: column for column in SCENE[2]}
+    for column in SCENE[3]:
+        plane = planar.pop(column.name)
+        if column.name in ("turn", "spin"):
+            assert plane.shape == column.shape[:2] and plane.unit[:3] == "rad"
+        else:
+            assert plane == column._replace(shape=tuple(2 if size == 3 else size for size in column.shape))
+    assert not planar
+
+
+@pytest.mark.parametrize(("attributes", "word"), [
+    (RecordsOfScene, ""), (RowsOfContacts, "contacts"), (RowsOfEvents, "events"), (RowsOfPairs, "pairs"),
+])  # fmt: skip
+def test_type_checkers_know_the_columns_of_scenes(attributes, word):
+    named = {name for kind in attributes.__mro__ for name in getattr(kind, "__annotations__", {})}
+    columns = {column.name for column in SCENE[3] if "*" not in column.name and column.name != "contacts/offsets"}
+    assert named - {"columns", "kinds", "names"} == {
+        word_of(name) for name in columns if name.rpartition("/")[0] == word
+    }
+
+
+def test_kinds_of_events_are_told_by_number():
+    (kind,) = (column for column in SCENE[3] if column.name == "events/kind")
+    assert kind.meaning == ", ".join(f"{each.value} {each.name}" for each in ns.SceneEventKind)
+
+
 def test_an_event_has_the_numbers_that_the_loop_writes():
     assert len(EVENT) == len(fields_of(Event))
 
@@ -55,6 +95,7 @@ def forms(**changes):
     ({"t": None}, "it has no t"),
     ({"P_F": None}, "it has no P_F"),
     ({"q": Form("<f4", (4, 3))}, "q must be float64; it is float32"),
+    ({"q": Form(">f8", (4, 3))}, r"q must be float64; it is float64 \(>f8\)"),
     ({"P_N": Form("<f8", (3, 2))}, r"P_N must have the shape \(n_t = 4, n_c\); it has \(3, 2\)"),
     ({"q": Form("<f8", (4,))}, "q must have the shape"),
     ({"ledger/friction": Form("<f8", (5,))}, "ledger/friction must have the shape"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.results.scene_events import SceneEventKind
+from nonsmooth.results.events import SceneEventKind
 
 G = 9.81
 GROUND = ns.HalfPlane((0, 1))

@@ -13,8 +13,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.commands.cli import main
 from nonsmooth.results import checkpoint as store
-from nonsmooth.results.scene_pairs import COLUMNS
-from nonsmooth.runs import scene_recorder
+from nonsmooth.runs import recorder
 
 pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of small heaps
 
@@ -67,10 +66,10 @@ def bits(solution):
     if "ledger" in solution.recorded:
         columns |= solution.ledger
     if "contacts" in solution.recorded:
-        columns |= {f"contacts {name}": column for name, column in solution.all_contacts._asdict().items()}
+        columns |= {f"contacts {name}": column for name, column in solution.all_contacts.columns.items()}
         columns["joint_impulses"] = solution.joint_impulses
     if "pairs" in solution.recorded:
-        columns |= {f"pairs {name}": getattr(solution.pairs, name) for name in COLUMNS}
+        columns |= {f"pairs {name}": getattr(solution.pairs, name) for name in solution.pairs.columns}
     stats = {name: value for name, value in asdict(solution.stats).items() if name not in OF_TIME}
     return {name: np.ascontiguousarray(column).tobytes() for name, column in columns.items()} | stats
 
@@ -78,7 +77,7 @@ def bits(solution):
 @pytest.fixture
 def small(monkeypatch):
     """Windows of two records; nothing waits for the disk."""
-    monkeypatch.setattr(scene_recorder, "SCENE_WINDOW", 64)
+    monkeypatch.setattr(recorder, "SCENE_WINDOW", 64)
     monkeypatch.setattr(os, "fsync", lambda file: None)
 
 
@@ -119,8 +118,8 @@ sys.path.insert(0, sys.argv[2])
 import test_scene_checkpoint as cases
 import nonsmooth as ns
 from nonsmooth.results import growing_array
-from nonsmooth.runs import scene_recorder
-scene_recorder.SCENE_WINDOW = 64
+from nonsmooth.runs import recorder
+recorder.SCENE_WINDOW = 64
 os.fsync = lambda file: None
 whole = ns.simulate(cases.falling(), (0, 0.4), **cases.STEP)
 

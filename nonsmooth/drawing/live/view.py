@@ -16,8 +16,8 @@ from nonsmooth.drawing.live.window import Window
 from nonsmooth.drawing.player.film import Body
 from nonsmooth.drawing.player.scene_film import body_of
 from nonsmooth.errors import InvalidInput, NonsmoothWarning, said_by, warn_caller
+from nonsmooth.runs.recorder import contacts_of
 from nonsmooth.runs.run import Run
-from nonsmooth.runs.scene_recorder import contacts_of
 from nonsmooth.runs.scene_run import SceneRun
 from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import PLANAR
@@ -156,7 +156,7 @@ class LiveScene(LiveView):
         self.window.move(position, turn)
         if len(self.outlines):
             self.window.draw_lines(turned(turn[self.outlined], self.outlines) + position[self.outlined, None])
-        found = contacts_of(self.run)
+        found = contacts_of(self.run, ("P", "normal", "point"))
         is_loaded = np.einsum("ck,ck->c", found["P"], found["normal"]) > 0
         self.window.draw_contacts(in_space(found["point"][is_loaded]))
 

@@ -15,7 +15,7 @@ from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, Sh
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.plots import nearest_records
 from nonsmooth.results.scene_contacts import SceneContacts
-from nonsmooth.results.scene_summary import worst_place
+from nonsmooth.results.summary import worst_place
 from nonsmooth.scenes import scene as scenes
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, place_of, rotate
@@ -151,10 +151,7 @@ def contacts_at(solution: SceneSolution, records: np.ndarray) -> SceneContacts:
     is_shown = np.zeros(len(solution.t), bool)
     is_shown[records] = True
     rows = np.repeat(is_shown, np.diff(every.offsets))
-    return SceneContacts(
-        float(solution.t[-1]), every.i[rows], every.j[rows], every.point[rows], every.normal[rows], every.gap[rows],
-        every.P[rows], every.mu[rows], solution.names,
-    )  # fmt: skip
+    return every.at(rows, float(solution.t[-1]), solution.names)
 
 
 def numbered(found: SceneContacts, start: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:

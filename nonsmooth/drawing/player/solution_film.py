@@ -21,8 +21,8 @@ from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.results.events import ParadoxEvent, event_of
+from nonsmooth.results.ledger import ELASTIC, ENERGIES
 from nonsmooth.results.recorded import COORDINATES, EVENTS, GAPS, IMPULSES, LEDGER, MODES, VELOCITIES
-from nonsmooth.results.scene_records import ELASTIC, ENERGIES
 from nonsmooth.results.summary import change_in_words, paradox_in_words
 
 if TYPE_CHECKING:

@@ -66,7 +66,8 @@ class ContactRows(NamedTuple):
     frame: np.ndarray  # (m, d, d) axes of normal and tangents
     own: np.ndarray  # impulses along these
 
-    def in_world(self) -> np.ndarray:
+    @property
+    def P(self) -> np.ndarray:
         """The impulses in the axes of the world."""
         return np.einsum("crk,cr->ck", self.frame, self.own)
 

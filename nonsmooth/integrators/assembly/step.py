@@ -33,7 +33,7 @@ from nonsmooth.integrators.assembly.joints import (
     leave_out_joined,
     write_joints,
 )
-from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs, begin_pairs, with_room
+from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs, begin_pairs, exchanged, with_room
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
 from nonsmooth.integrators.assembly.planar import predict_planar
@@ -357,6 +357,10 @@ class Assembly:
             rows = np.flatnonzero(keys >= FIRST_JOINT)
             impulses[interpreted(joint_of)(keys[rows])] = P[rows]
         return impulses
+
+    def exchanged(self) -> dict[str, np.ndarray]:
+        """What each pair of bodies exchanged since the record before."""
+        return exchanged(self.pairs)
 
     def begin_pairs(self) -> None:
         """What pairs of bodies exchange is summed up anew."""

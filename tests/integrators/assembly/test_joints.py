@@ -14,7 +14,7 @@ from nonsmooth.integrators.assembly.progress import DONE, NOT_MET
 from nonsmooth.integrators.assembly.stages import take_steps
 from nonsmooth.integrators.assembly.step import PLACES
 from nonsmooth.jit import interpreted
-from nonsmooth.runs.scene_recorder import SceneRecorder
+from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SceneRun
 from nonsmooth.scenes.places import conjugate, rotate
 

@@ -60,7 +60,7 @@ def require_same_bits(one, other):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
     for name in one.ledger:
         np.testing.assert_array_equal(one.ledger[name], other.ledger[name], err_msg=name)
-    for name, column in one.all_contacts._asdict().items():
+    for name, column in one.all_contacts.columns.items():
         np.testing.assert_array_equal(column, getattr(other.all_contacts, name), err_msg=name)
     np.testing.assert_allclose(one.residual, other.residual, rtol=1e-12, atol=1e-18)  # the same sums in another order
 

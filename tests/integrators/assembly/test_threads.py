@@ -87,7 +87,7 @@ def bits(solution):
     """All that a run computed, as bytes."""
     columns = {name: getattr(solution, name) for name in ("t", "residual", "penetration", "position", "turn")}
     columns |= {name: getattr(solution, name) for name in ("velocity", "spin")} | solution.ledger
-    columns |= {f"contacts {name}": column for name, column in solution.all_contacts._asdict().items()}
+    columns |= {f"contacts {name}": column for name, column in solution.all_contacts.columns.items()}
     return {name: np.ascontiguousarray(column).tobytes() for name, column in columns.items()}
 
 
