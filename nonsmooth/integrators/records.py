@@ -271,7 +271,6 @@ def book_contact_energy(sys, n_k, ubar, ledger, work):
     n, total, gain, size, push = sys.n, 0.0, 0.0, 0.0, 0.0
     for k in range(n_k):
         has_normal = sys.kinds[closed[k], 0] != GIVEN_FORCE
-        driven = 0.0
         for r in range(start[k], start[k + 1]):
             velocity, speed = 0.0, 0.0
             first = 0 if n <= SHORT_ROW else work.first[r]
@@ -287,13 +286,21 @@ def book_contact_energy(sys, n_k, ubar, ledger, work):
             total += P[r] * velocity
             gain += loss
             size += abs(P[r]) * speed
-            if not is_normal:
-                driven += loss
-        if driven > 0.0 and has_normal and rebounds_by_newton(sys, closed[k], start[k], work):
-            for r in range(start[k] + 1, start[k + 1]):
-                driven -= abs(P[r] * (work.c[r] - work.gamma_0[r]))
-            push = max(push, driven)
+            if loss > 0.0 and not is_normal and has_normal and rebounds_by_newton(sys, closed[k], start[k], work):
+                push = max(push, loss - abs(P[r] * (work.c[r] - work.gamma_0[r])) + push_across(sys, k, r, ubar, work))
     return total, gain, size, push
+
+
+@rare_kernel
+def push_across(sys, k, r, ubar, work):
+    """What row r of closed contact k leaves out of its friction: that along the other of two directions."""
+    if sys.kinds[work.closed[k], 1] < 2:
+        return 0.0
+    other, velocity = 2 * work.start[k] + 3 - r, 0.0
+    for j in range(sys.n):
+        velocity += work.W[other, j] * ubar[j]
+    loss = work.P[other] * (velocity + work.w[other])
+    return loss - abs(work.P[other] * (work.c[other] - work.gamma_0[other]))
 
 
 @kernel

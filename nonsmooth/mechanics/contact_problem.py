@@ -470,8 +470,10 @@ def add_restitution(sys, n_k, feedback, work):
             if kind == BILATERAL or g_N[i] > 0.0:
                 c[r] += feedback * g_N[i]
             r += 1
-        for axis in range(sys.kinds[i, 1]):
-            c[r + axis] += sys.laws[i, LAW_E_F] * gamma_0[r + axis]
+        if sys.kinds[i, 1] > 0:
+            c[r] += sys.laws[i, LAW_E_F] * gamma_0[r]
+        if sys.kinds[i, 1] > 1:
+            c[r + 1] += sys.laws[i, LAW_E_F] * gamma_0[r + 1]
 
 
 @kernel
