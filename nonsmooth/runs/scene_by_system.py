@@ -20,7 +20,8 @@ from nonsmooth.integrators.assembly.paradox_events import MOST_PARADOXES
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.mechanics.laws import LAW_C
+from nonsmooth.jit import interpreted
+from nonsmooth.mechanics.laws import CONSTANT, LAW_CODE, static_coefficient
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.results.events import SceneEventKind
 from nonsmooth.results.failures import StepFailure
@@ -261,12 +262,15 @@ class SceneBySystem:
         is_closed = (run.mode[:, :m] != ContactMode.OPEN) | (run.P_N[:, :m] > 0.0)
         k, c = np.nonzero(is_closed)
         sign = np.where(self.sides[:, 0] < self.sides[:, 1], -1.0, 1.0)[c, None]  # of n out of the smaller number
-        mu = np.where(self.system.kinds[:m, 1] > 0, self.system.laws[:m, LAW_C], 0.0)
+        laws = self.system.laws[:m]
+        mu = np.array([interpreted(static_coefficient)(laws, i) for i in range(m)]) * (self.system.kinds[:m, 1] > 0)
+        slides = (run.mode[:, :m] == ContactMode.SLIDE) & (run.P_N[:, :m] > 0.0) & (laws[:, LAW_CODE] != CONSTANT)
+        used = np.divide(np.abs(P_F), run.P_N[:, :m], out=np.tile(mu, (len(run.t), 1)), where=slides)
         found = {
             "offsets": np.concatenate(([0], np.cumsum(is_closed.sum(axis=1)))),
             "i": self.sides.min(axis=1, initial=2**62)[c], "j": self.sides.max(axis=1, initial=0)[c],
             "point": point[k, c], "normal": sign * normal[k, c], "gap": run.g_N[:, :m][k, c], "P": sign * P[k, c],
-            "mu": mu[c],
+            "mu": used[k, c],
         }  # fmt: skip
         return {f"{CONTACTS}/{name}": column for name, column in found.items()}
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status, said_by
 from nonsmooth.integrators.assembly.apart import part_bodies
-from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
+from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
@@ -263,12 +263,24 @@ class SceneRun:
         t = self.now
         with interrupts_held_back():  # a step is whole, or it is not begun
             end = self.assembly.take_steps(self.dt, min(most, self._block), t)
-        if end != DONE:
+        if end == NO_FRICTION:
+            self._end_without_friction()
+        elif end != DONE:
             self.status = ENDS[end]
         else:
             for watch in self.watches:
                 watch.look(self, t, self.now)
         self._block = next_block(self.steps - before, running_time() - began)
+
+    def _end_without_friction(self) -> None:
+        """End the run where a law of friction gives no coefficient."""
+        found, body, c = self.assembly.found, self.assembly.shapes.body, int(self.assembly.progress.wanted)
+        first, second = (self.names[int(body[shape[c]])] for shape in (found.shape_i, found.shape_j))
+        self.spent = (
+            f"the friction law of {first} and {second} is negative, or no number, at a speed that they slide with; "
+            f"stopped at t = {self.now:.9g} s"
+        )
+        self.status, self.cause = Status.NOT_FINITE, InvalidInput(self.spent)
 
     def stop(self, spent: str) -> None:
         """End the run before its time."""

@@ -74,6 +74,11 @@ class SpringRun(SceneRun):
                 "even velocity, or take MoreauJean(dt)"
             )
         self._begin(scene, integrator, listed(times), recorder, project, ())
+        if self.world.surfaces.has_laws:
+            raise InvalidInput(
+                "Penalty rubs by Coulomb's law in a scene, and a material of it has a law of the sliding speed; take "
+                "MoreauJean(dt)"
+            )
 
     def _assemble(self) -> SceneSprings:
         """The scene in motion."""

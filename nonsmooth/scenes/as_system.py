@@ -21,6 +21,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_listed
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.model_system import MOST_SYSTEMS, content_of
 from nonsmooth.mechanics.start import CoordinateState
 from nonsmooth.mechanics.system import Contact, System
@@ -172,6 +173,8 @@ def _contact(scene: Scene, a: Body, b: Body, values: dict[str, float]) -> Contac
     values[names[1]] = e
     if mu == 0:
         return Contact(e_N=names[1])
+    if isinstance(mu, FrictionLaw):
+        return Contact(mu=mu, e_N=names[1])
     values[names[0]] = mu
     return Contact(mu=names[0], e_N=names[1])
 

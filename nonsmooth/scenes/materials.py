@@ -3,17 +3,21 @@
     mu = sqrt(mu_a mu_b),    e = sqrt(e_a e_b)
 
 unless the pair was given its own: a rule, not a law of physics, that leaves equal materials as they are and has nothing
-rebound from what swallows all. Coefficients belong to pairs; give those that matter by ``Scene.pair``.
+rebound from what swallows all. Laws of the sliding speed have no such mean: equal materials keep theirs, others are
+given one. Coefficients belong to pairs; give those that matter by ``Scene.pair``.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any
 
 from nonsmooth.checks.arrays import as_fraction
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.mechanics.laws import FrictionLaw
+from nonsmooth.mechanics.laws import Coulomb, Friction, FrictionLaw, as_law
+from nonsmooth.mechanics.signatures import takes
 from nonsmooth.scenes.ranges import as_friction
 
 
@@ -23,8 +27,9 @@ class Material:
 
     Parameters
     ----------
-    mu : float
-        Coefficient of Coulomb friction against its like [-].
+    mu : float or FrictionLaw
+        Coefficient of friction against its like [-], or a law of the sliding speed, as `Stribeck`, `StaticKinetic` or
+        ``Friction(mu)`` with a function mu(v) of one's own.
     e : float
         Newton's coefficient of restitution against its like, 0 to 1 [-].
     name : str, optional
@@ -33,7 +38,7 @@ class Material:
     Raises
     ------
     InvalidInput
-        For mu < 0 or a friction law, or e outside [0, 1].
+        For mu < 0, or e outside [0, 1].
 
     Examples
     --------
@@ -42,22 +47,32 @@ class Material:
     Material(mu=0.8, e=0.1, name='rubber')
     """
 
-    mu: float = 0.5
+    mu: float | FrictionLaw = 0.5
     e: float = 0.0
     name: str = ""
 
     def __post_init__(self) -> None:
-        if isinstance(self.mu, FrictionLaw):
-            raise InvalidInput(
-                f"mu of a material must be a number, bodies rub by Coulomb's law; got {shown(self.mu)}; a law of the "
-                "sliding speed stands at a contact of a System, Contact(mu=...)"
-            )
-        object.__setattr__(self, "mu", as_friction("mu", self.mu))
+        object.__setattr__(self, "mu", as_mu(self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
         if not isinstance(self.name, str):
             raise InvalidInput(f"the name of a material must be a text; got {shown(self.name)}")
 
 
-def of_pair(a: Material, b: Material) -> tuple[float, float]:
-    """mu and e of two materials by the rule above."""
-    return math.sqrt(a.mu * b.mu), math.sqrt(a.e * b.e)
+def as_mu(mu: Any) -> float | FrictionLaw:
+    """A coefficient of friction or a law of numbers, or `InvalidInput`."""
+    if not isinstance(mu, FrictionLaw):
+        return as_friction("mu", as_law(mu).mu if isinstance(mu, Callable) else mu)  # type: ignore[attr-defined,arg-type]
+    named = [field.name for field in fields(mu) if isinstance(getattr(mu, field.name), str)]
+    if named:
+        raise InvalidInput(f"{named[0]} of a law of a material must be a number, a scene has no parameters; got {mu}")
+    if isinstance(mu, Friction) and not takes(getattr(mu.function, "py_func", mu.function), ("v",)):
+        raise InvalidInput(f"a law of a material is a function mu(v) of the speed, a scene has no parameters; got {mu}")
+    return mu.mu if isinstance(mu, Coulomb) else mu  # type: ignore[return-value]
+
+
+def of_pair(a: Material, b: Material) -> tuple[float | FrictionLaw | None, float]:
+    """mu and e of two materials by the rule above; no mu of two that have unlike laws."""
+    e = math.sqrt(a.e * b.e)
+    if isinstance(a.mu, FrictionLaw) or isinstance(b.mu, FrictionLaw):
+        return a.mu if a.mu == b.mu else None, e
+    return math.sqrt(a.mu * b.mu), e

@@ -28,9 +28,10 @@ from nonsmooth.checks.arrays import (
     as_vector,
 )
 from nonsmooth.errors import InvalidInput, nearest, shown
+from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.system import System
-from nonsmooth.scenes.materials import Material, of_pair
-from nonsmooth.scenes.ranges import as_friction, as_mass, require_within
+from nonsmooth.scenes.materials import Material, as_mu, of_pair
+from nonsmooth.scenes.ranges import as_mass, require_within
 from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_turn
 from nonsmooth.views import view
 
@@ -163,7 +164,7 @@ class Scene:
         self.built_from: dict[str, float] | None = None  # the numbers of what built it, by name
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
-        self.pairs: dict[frozenset[str], tuple[float | None, float | None]] = {}
+        self.pairs: dict[frozenset[str], tuple[float | FrictionLaw | None, float | None]] = {}
         self._names: dict[str, int] = {}
 
     def body(
@@ -301,14 +302,17 @@ class Scene:
         self.joints.append(joint)
         return joint
 
-    def pair(self, a: Material | str, b: Material | str, *, mu: float | None = None, e: float | None = None) -> None:
+    def pair(
+        self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None
+    ) -> None:  # fmt: skip
         """Give two materials coefficients of their own.
 
         Parameters
         ----------
         a, b : Material or str
             Materials of bodies of this scene, or their names.
-        mu, e : float, optional
+        mu : float or FrictionLaw, optional
+        e : float, optional
             What is left out stays as it was, or goes by the rule of `Material`.
 
         Raises
@@ -321,7 +325,7 @@ class Scene:
             raise InvalidInput(f"the pair {', '.join(sorted(names))} needs mu= or e=; got neither")
         own_mu, own_e = self.pairs.get(names, (None, None))
         self.pairs[names] = (
-            own_mu if mu is None else as_friction("mu", mu),
+            own_mu if mu is None else as_mu(mu),
             own_e if e is None else as_fraction("e", e),
         )
 
@@ -394,7 +398,8 @@ class Scene:
         materials = {body.material for body in self.bodies}
         surface = materials.pop() if len(materials) == 1 and not self.pairs else None
         of_surface = {} if surface is None else {"mu": surface.mu, "e": surface.e}
-        return {"g": float(np.linalg.norm(self.gravity)), **of_surface}
+        numbers = {name: value for name, value in of_surface.items() if not isinstance(value, FrictionLaw)}
+        return {"g": float(np.linalg.norm(self.gravity)), **numbers}
 
     def __repr__(self) -> str:
         dynamic = sum(body.kind is Kind.DYNAMIC for body in self.bodies)
@@ -459,11 +464,16 @@ class Scene:
         return name
 
 
-def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:
-    """mu and e of two materials: those that the pair was given, or by the rule of `Material`."""
+def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float | FrictionLaw, float]:
+    """mu, or its law, and e of two materials: those that the pair was given, or by the rule of `Material`."""
     mu, e = of_pair(a, b)
     own_mu, own_e = scene.pairs.get(frozenset((a.name, b.name)), (None, None))
-    return mu if own_mu is None else own_mu, e if own_e is None else own_e
+    mu = mu if own_mu is None else own_mu
+    if mu is None:
+        raise InvalidInput(
+            f"{a} and {b} rub by unlike laws, which have no mean; give both a name, and scene.pair(one, other, mu=...)"
+        )
+    return mu, e if own_e is None else own_e
 
 
 def require_known_pairs(scene: Scene) -> None:

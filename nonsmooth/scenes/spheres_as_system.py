@@ -77,9 +77,9 @@ def require_spheres(scene: Scene, pairs: list[tuple[Body, Body]], cure: str) -> 
             )
     for a, b in pairs:
         mu, _ = coefficients_of(scene, a.material, b.material)
-        if mu > 0:
+        if mu != 0.0:
             raise InvalidInput(
-                f"{a.name} and {b.name} have mu = {mu:g}, and friction in space has no direction of its own in a "
+                f"{a.name} and {b.name} have mu = {mu}, and friction in space has no direction of its own in a "
                 f"system; give their materials mu=0, leave the pair out by pairs=[...], or {cure}"
             )
 

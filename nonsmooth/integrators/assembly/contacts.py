@@ -33,6 +33,7 @@ from nonsmooth.scenes.shape_rows import Shapes
 
 SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
 ROLLED_NORMAL = 0.1  # chosen: [rad] of a ball that goes over an edge from one shape to the next, in a step
+ON_THE_CONE = 1.0 - 1e-8  # chosen: part of the friction limit from which an impulse is that of a slide
 CLOSED_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 
 
@@ -40,7 +41,9 @@ class Surfaces(Block):
     """What the shapes are made of, and what pairs of materials do to one another."""
 
     material: Array[Ints, "n_s"]
-    mu: Array[Floats, "n_m", "n_m"]
+    mu: Array[Floats, "n_m", "n_m"]  # of a law that varies with the slip its static coefficient
+    has_laws: int  # whether there are such laws
+    laws: Array[Floats, "n_l", "width"]  # of all pairs of materials, one row of n_m behind the other; where there are
     e: Array[Floats, "n_m", "n_m"]
     is_compliant: int  # then every contact has a spring and a damper in place of e
     stiffness: float  # [N/m]
@@ -65,6 +68,8 @@ class Contacts(Block):
     point_before: Array[Floats, "m", "d"]
     arms_before: Array[Floats, "m", "2", "d"]  # from the centres of its bodies [m]
     closing_before: Array[Floats, "m"]  # velocity at which its gap closed, 0 of one that was closed [m/s]
+    was_static: Array[Ints, "m"]  # of a contact of this step: whether static friction has been tried on it
+    stuck_before: Array[Ints, "m"]  # whether its impulse was within its friction cone
     row_before: Array[Ints, "m"]  # which row of the step before it was
     gamma_before: Array[Floats, "m", "d"]  # J v_1 along normal and tangents (wandering.py) [m/s]
     slack: Array[Floats, "m"]  # velocity of approach up to which what was held does not land [m/s]
@@ -305,6 +310,15 @@ def take_left(found, c, s, is_round, contacts):
 
 
 @kernel
+def is_within_cone(network, c):
+    """Whether the impulse of contact c is less than its friction holds."""
+    friction, most = 0.0, network.mu[c] * network.P[c, 0] * ON_THE_CONE
+    for row in range(1, network.P.shape[1]):
+        friction += network.P[c, row] * network.P[c, row]
+    return friction < most * most
+
+
+@kernel
 def keep_contact(found, network, c, d, contacts):
     """Keep the impulse of contact c for the step to come, J_j^T P: its first d columns are those of a force."""
     at = contacts.n_before
@@ -315,7 +329,7 @@ def keep_contact(found, network, c, d, contacts):
             total += network.J_j[c, row, k] * network.P[c, row]
         contacts.P_before[at, k], contacts.own_before[at, k] = total, network.P[c, k]
         contacts.point_before[at, k], contacts.normal_before[at, k] = found.point[c, k], found.normal[c, k]
-    contacts.row_before[at] = c
+    contacts.row_before[at], contacts.stuck_before[at] = c, is_within_cone(network, c)
     contacts.closing_before[at] = network.b[c, 0] - network.turn[c, 0]
     contacts.n_before = at + 1
 
@@ -336,6 +350,7 @@ def impulse_before(contacts, at, to):
     """Put one of the impulses of the step before in the place of another."""
     contacts.key_before[to] = contacts.key_before[at]
     contacts.row_before[to], contacts.closing_before[to] = contacts.row_before[at], contacts.closing_before[at]
+    contacts.stuck_before[to] = contacts.stuck_before[at]
     for k in range(contacts.P_before.shape[1]):
         contacts.P_before[to, k], contacts.own_before[to, k] = contacts.P_before[at, k], contacts.own_before[at, k]
         contacts.point_before[to, k] = contacts.point_before[at, k]

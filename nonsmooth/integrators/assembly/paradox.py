@@ -35,6 +35,7 @@ from nonsmooth.contact.planar.selection import FREE, SLIDE_PLUS, STICK, Selectio
 from nonsmooth.contact.planar.single import count, solve_alone
 from nonsmooth.integrators.assembly import doubtful
 from nonsmooth.integrators.assembly.accelerations import SceneInStep, StateProblem
+from nonsmooth.integrators.assembly.contacts import ON_THE_CONE
 from nonsmooth.integrators.moreau_jean.slide_end import has_no_sliding_force
 from nonsmooth.integrators.records import INCONSISTENT, INDETERMINATE
 from nonsmooth.jit import interpreted, load_all
@@ -43,8 +44,6 @@ from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.laws import LAW_C
 from nonsmooth.mechanics.situation import STATE_ACCURACY
 from nonsmooth.mechanics.system import UNILATERAL, ContactMode
-
-ON_THE_CONE = 1.0 - 1e-8  # chosen: part of the friction limit from which an impulse is that of a slide
 
 count_modes, solve_one, rank_of_mode = interpreted(count), interpreted(solve_alone), interpreted(rank)
 no_force = interpreted(has_no_sliding_force)

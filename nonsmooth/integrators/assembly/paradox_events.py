@@ -11,7 +11,8 @@ import numpy as np
 
 from nonsmooth.contact.planar.selection import SLIDE_PLUS
 from nonsmooth.integrators.assembly.accelerations import SceneInStep
-from nonsmooth.integrators.assembly.paradox import ON_THE_CONE, Verdict, still_speed
+from nonsmooth.integrators.assembly.contacts import ON_THE_CONE
+from nonsmooth.integrators.assembly.paradox import Verdict, still_speed
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_FOUND,

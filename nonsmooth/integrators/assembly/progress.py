@@ -28,6 +28,7 @@ PREDICT, FIND, SOLVE, DRAW, REBOUND = range(5)
 DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED, MORE_BOOKS = (
     range(11)
 )
+NO_FRICTION = 11  # code: a law gives no coefficient at the speed that was met; ``wanted`` is the contact
 
 
 class Places(Block):
@@ -119,6 +120,8 @@ class Progress(Block):
     is_examined: int  # whether some were doubtful
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
+    has_laws: int  # whether friction varies with the slip
+    speeds: int  # times that the coefficients of the step were taken at other velocities
     has_faces: int  # whether several shapes have plane faces, which may hide one another
     is_resting: int  # whether the last step changed nothing: the next one of its length would be the same
     dt_at_rest: float  # its length [s]

@@ -254,7 +254,7 @@ def is_kept(asleep, row):
 def take_impulse(contacts, asleep, row, to):
     """The impulse of a contact that slept as one of the step before."""
     d = asleep.own.shape[1]
-    contacts.key_before[to], contacts.closing_before[to] = asleep.key[row], 0.0
+    contacts.key_before[to], contacts.closing_before[to], contacts.stuck_before[to] = asleep.key[row], 0.0, 1
     for k in range(d):
         total = 0.0
         for a in range(d):

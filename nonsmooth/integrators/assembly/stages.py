@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.contact.planar.ladder import SPEED_SWEEPS
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
+from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
@@ -43,6 +45,7 @@ from nonsmooth.integrators.assembly.progress import (
     MORE_CONTACTS,
     MORE_FACTORS,
     MORE_PAIRS,
+    NO_FRICTION,
     NOT_MET,
     PREDICT,
     REBOUND,
@@ -122,7 +125,7 @@ def take_step(progress, d):
         end = find(progress, places, network, d)
         if end != DONE:
             return end
-        progress.stage, progress.is_asked = SOLVE, 0
+        progress.stage, progress.is_asked, progress.speeds = SOLVE, 0, 0
     if progress.stage == SOLVE:
         if progress.is_asked == 0:
             progress.is_asked = 1
@@ -130,6 +133,8 @@ def take_step(progress, d):
                 progress.is_examined = 1
                 return DOUBTFUL
         end = solve(progress, places, network, d)
+        if end == DONE and progress.has_laws == 1:
+            end = find_speeds(progress, places, network, d)
         if end != DONE:
             return end
         progress.stage = DRAW
@@ -202,6 +207,8 @@ def find(progress, places, network, d):
     approach = view(places.solver, Solver).approach
     ask_of_wandering(places.bodies, places.found, places.contacts, places.network, dt, approach)
     hold_closed(places.bodies, places.found, places.network, places.solver, dt, progress.tight)
+    if progress.has_laws == 1:
+        take_friction(places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network)
     return DONE
 
 
@@ -284,6 +291,28 @@ def solve(progress, places, network, d):
     residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
     note_residual(residual, network, asleep, progress, d)
     return DONE
+
+
+@kernel
+def find_speeds(progress, places, network, d):
+    """Solve again until friction is that of the velocities which it leads to."""
+    end, tol = DONE, view(places.solver, Solver).tol
+    while end == DONE:
+        change = update_friction(
+            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, tol
+        )
+        if change < 0:
+            progress.wanted, progress.stage = -1 - change, FIND
+            return NO_FRICTION
+        if change == UNCHANGED:
+            break
+        if progress.speeds == SPEED_SWEEPS:
+            progress.is_missed = 1
+            break
+        progress.speeds += 1
+        prepare(places, d)
+        end = solve(progress, places, network, d)
+    return end
 
 
 @kernel

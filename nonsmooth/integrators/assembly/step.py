@@ -24,6 +24,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_co
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
+from nonsmooth.integrators.assembly.friction import take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
@@ -199,6 +200,7 @@ class Assembly:
         has_faces = may_hide(shapes)
         rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
         rare += (leave_out_hidden,) if has_faces else ()
+        rare += (take_friction, update_friction) if surfaces.has_laws else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -208,7 +210,7 @@ class Assembly:
         progress = self.progress
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
-        progress.has_faces = has_faces
+        progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
         progress.theta = theta
         bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
@@ -419,7 +421,7 @@ class Assembly:
         else:
             k = int(before.n_before)
             self.contacts.n_before = k
-            for name in ("key_before", "P_before", "own_before", "normal_before", "point_before"):
+            for name in ("key_before", "P_before", "own_before", "normal_before", "point_before", "stuck_before"):
                 getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
             keep_rows(self.asleep, asleep)
             network.M[:], network.M_inv[:] = self.network.M, self.network.M_inv

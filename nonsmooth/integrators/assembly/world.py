@@ -5,11 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from nonsmooth.checks.arrays import as_listed, as_vector, is_number, result_of
+from nonsmooth.checks.parameters import layout_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.joints import Joints
+from nonsmooth.jit import interpreted, unpack_of
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.laws import (
+    LAW_C,
+    LAW_WIDTH,
+    Coulomb,
+    Friction,
+    FrictionLaw,
+    as_law,
+    law_row,
+    static_coefficient,
+)
+from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.parts import parts_of
@@ -85,12 +98,31 @@ class World:
         known = {id(body.material): body.material for body in self.scene.bodies}
         listed = [known[key] for key in self.material_numbers]
         require_known_pairs(self.scene)
-        surfaces = new(Surfaces, n_s=len(materials), n_m=len(listed))
-        surfaces.material[:] = materials
+        moving = {id(body.material) for body in self.scene.bodies if body.kind is Kind.DYNAMIC}
+        laws: list[FrictionLaw] = []
+        mu, e = np.zeros((2, len(listed), len(listed)))
         for a, first in enumerate(listed):
             for b, second in enumerate(listed):
-                surfaces.mu[a, b], surfaces.e[a, b] = coefficients_of(self.scene, first, second)
+                touch = id(first) in moving or id(second) in moving
+                friction, e[a, b] = coefficients_of(self.scene, first, second) if touch else (0.0, 0.0)
+                laws.append(as_law(friction))
+        has_laws = any(not isinstance(law, Coulomb) for law in laws)
+        surfaces = new(Surfaces, n_s=len(materials), n_m=len(listed), n_l=len(laws) if has_laws else 0, width=LAW_WIDTH)
+        surfaces.has_laws, surfaces.material[:], surfaces.e[:] = has_laws, materials, e
+        rows = self._law_rows(laws)
+        mu.flat[:] = [interpreted(static_coefficient)(rows, k) for k in range(len(rows))]
+        surfaces.mu[:], surfaces.laws[:] = mu, rows[: len(surfaces.laws)]
         return surfaces
+
+    def _law_rows(self, laws: list[FrictionLaw]) -> np.ndarray:
+        """The laws as the kernels read them; those of the user's are functions of the speed alone."""
+        rows = np.array([law_row(law, 0.0, 0.0, "newton", {}) for law in laws]).reshape(-1, LAW_WIDTH)
+        self.no_parameters = np.zeros(1)  # what the laws of the user's are handed in place of parameters
+        for k, law in enumerate(laws):
+            if isinstance(law, Friction):
+                rows[k, LAW_C] = handle_of_law(law.function, unpack_of(layout_of(())))
+        point_to(rows, self.no_parameters)
+        return rows
 
     def _joints(self) -> Joints:
         """The points that bodies share, along their axes, and who is joined to whom."""
