@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,11 +23,11 @@ class BodyState(NamedTuple):
 
 
 class SceneState(Mapping[str, BodyState]):
-    """The bodies of a scene at one instant, by name.
+    """The bodies of a scene at one instant, or at several, by name.
 
     Attributes
     ----------
-    t : float
+    t : float or (m,)
         [s]
     names : list of str
         Of the bodies, in the order of the arrays.
@@ -37,18 +37,20 @@ class SceneState(Mapping[str, BodyState]):
     """
 
     def __init__(
-        self, t: float, names: list[str], scene: Scene | None, position: np.ndarray, turn: np.ndarray,
+        self, t: Any, names: list[str], scene: Scene | None, position: np.ndarray, turn: np.ndarray,
         velocity: np.ndarray, spin: np.ndarray,
     ) -> None:  # fmt: skip
         self.t, self.names, self.scene = t, names, scene
         self.position, self.turn, self.velocity, self.spin = position, turn, velocity, spin
 
     def __getitem__(self, name: str) -> BodyState:
-        b = index_of(name, self.names)
-        turn, spin = self.turn[b], self.spin[b]
-        if self.position.shape[-1] == 2:
-            return BodyState(self.position[b], float(turn), self.velocity[b], float(spin))
-        return BodyState(self.position[b], turn, self.velocity[b], spin)
+        b, axis = index_of(name, self.names), self.position.ndim - 2  # that of the bodies
+        position, turn, velocity, spin = (
+            np.take(part, b, axis) for part in (self.position, self.turn, self.velocity, self.spin)
+        )
+        if np.ndim(turn) == 0:
+            return BodyState(position, float(turn), velocity, float(spin))
+        return BodyState(position, turn, velocity, spin)
 
     def __contains__(self, name: object) -> bool:
         return name in self.names
@@ -60,7 +62,7 @@ class SceneState(Mapping[str, BodyState]):
         return len(self.names)
 
     def __repr__(self) -> str:
-        return f"SceneState(t = {self.t:.9g} s, {len(self)} bodies)"
+        return f"SceneState(t = {self.t} s, {len(self)} bodies)"
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """q and u of the system of the scene, see `Scene.state`.

@@ -7,21 +7,24 @@ Kept in other files: its columns (table.py), a body or a joint by name (scene_bo
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_number
+from nonsmooth.checks.arrays import as_floats, as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.results.events import SceneEvents, SceneParadox, paradox_of
 from nonsmooth.results.recorded import CONTACTS, EVENTS, KINDS_OF_SCENE, LEDGER, PAIRS, index_of, not_recorded
-from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses
+from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses, SceneState
 from nonsmooth.results.scene_contacts import ContactColumns, SceneContacts
+from nonsmooth.results.scene_motion import SceneMotion, struck_bodies
 from nonsmooth.results.scene_pairs import ScenePairs
 from nonsmooth.results.stats import SceneStats
 from nonsmooth.results.table import SCENE, RecordsOfScene, kinds_in, numbered, under
+from nonsmooth.scenes.scene import Kind
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
@@ -75,6 +78,8 @@ class SceneSolution(RecordsOfScene):
         The joints, in the order of ``joint_impulses``.
     paradox_rows : (m, 15)
         ``paradoxes`` as numbers.
+    find_motion : callable, optional
+        Of a run of its system: position, turn, velocity and spin at times; else they are found from the records.
     """
 
     columns: dict[str, np.ndarray]
@@ -85,6 +90,7 @@ class SceneSolution(RecordsOfScene):
     scene: Scene | None
     about: dict[str, Any] = field(default_factory=dict)
     joint_names: list[str] = field(default_factory=list)
+    find_motion: Callable[[np.ndarray], tuple[np.ndarray, ...]] | None = None
     kinds: ClassVar = {column.name: column.kind for column in SCENE[3]}
 
     @functools.cached_property
@@ -117,6 +123,82 @@ class SceneSolution(RecordsOfScene):
         if not found:
             raise not_recorded(name, kind)
         return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All that is known: another process, or a copy, need not have what the motion is found with."""
+        return {
+            name: None if name == "find_motion" else value for name, value in vars(self).items() if name != "motion"
+        }
+
+    def __call__(self, t: ArrayLike) -> SceneState:
+        """The bodies between the records, ``sol(t)["box"].position``.
+
+        Of a run by steps they move on a cubic between two records, of the order of the step, and what is struck in a
+        step on a straight line; of `EventDriven` and `Adaptive` as `Solution` has it.
+
+        Parameters
+        ----------
+        t : float or array_like (m,)
+            Within the times of the run [s].
+
+        Returns
+        -------
+        SceneState
+            Position, turn, velocity and spin of all bodies, with m rows at m times; those of a body by its name.
+
+        Raises
+        ------
+        InvalidInput
+            For a time outside the run, and where not every step was recorded.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -10.0))
+        >>> ball = scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="ball")
+        >>> fall = ns.simulate(scene, (0, 0.5), integrator=ns.MoreauJean(dt=0.1))
+        >>> fall(0.25)["ball"].position.round(12).tolist()
+        [0.0, 0.6875]
+        """
+        times = as_floats("t", t)
+        if times.ndim > 1 or not ((times >= self.t[0]) & (times <= self.t[-1])).all():
+            raise InvalidInput(f"t must lie in [{self.t[0]:g}, {self.t[-1]:g}] s, the times of the run; got {shown(t)}")
+        found = self.motion(times.reshape(-1))
+        return SceneState(t, self.names, self.scene, *(part if times.ndim else part[0] for part in found))
+
+    @functools.cached_property
+    def motion(self) -> Callable[[np.ndarray], tuple[np.ndarray, ...]]:
+        """The motion between the records as a function of times (m,); found when first asked for."""
+        if self.find_motion is not None:
+            return self.find_motion
+        if self.scene is None:
+            raise InvalidInput("a loaded run does not know what its bodies are; give its scene to load")
+        if len(self.t) != self.stats.steps + 1 or len(self.t) < 2:
+            raise InvalidInput(
+                "this solution knows its records only: not every step was recorded; run without every= and t_eval= to "
+                "ask for other times"
+            )
+        columns = self.position, self.turn, self.velocity, self.spin
+        return SceneMotion(
+            self.t,
+            *columns,
+            np.zeros((len(self.t) - 1, len(self.names)), bool) if self.stats.springs else self._struck(),
+        )
+
+    def _struck(self) -> np.ndarray:
+        """(m, n_b) which bodies an impact reaches in each step."""
+        every, kinds = self.all_contacts, [body.kind for body in self.bodies]
+        moves = np.array([kind is Kind.DYNAMIC for kind in kinds])
+        joints = self.scene.joints if self.scene is not None else ()
+        joined = np.array([(joint.a.index, joint.b.index) for joint in joints], np.int64).reshape(-1, 2)
+        is_loaded = (every.P * every.normal).sum(axis=1) > 0.0
+        pairs = np.stack((every.i, every.j), axis=1)
+        of_records = [
+            pairs[first:last][is_loaded[first:last]]
+            for first, last in zip(every.offsets[:-1], every.offsets[1:], strict=True)
+        ]
+        steps = zip(of_records[:-1], of_records[1:], strict=True)
+        return np.array([struck_bodies(before, after, joined, moves) for before, after in steps])
 
     @property
     def paradoxes(self) -> list[SceneParadox]:

@@ -182,7 +182,12 @@ class SceneBySystem:
         return SceneSolution(
             columns, self._stats(run, columns), run.status, run.message, self.names, scene, self._about(run),
             [joint.name for joint in scene.joints],
+            find_motion=functools.partial(self._between, run),
         )  # fmt: skip
+
+    def _between(self, run: Solution, t: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Position, turn, velocity and spin of all bodies at times."""
+        return self._columns(*self.places(t, *run(t)))
 
     def failure(self, failure: StepFailure) -> StepFailure:
         """A failure of the system as one of the scene."""

@@ -173,7 +173,7 @@ def simulate(
         with the optional attributes ``terminal`` (True, or the number of the event that ends the run) and ``direction``
         (> 0: rising through zero, < 0: falling). They are found in ``t_events``, ``q_events``, ``u_events``. Of a
         scene, f(t, bodies) with ``bodies["box"].position``, ``.turn``, ``.velocity``, ``.spin``, looked at after every
-        step; they are found in ``t_events``.
+        step and located within it; they are found in ``t_events``.
     max_steps : int, optional
         The most steps that the run may take.
     max_wall_time : float, optional

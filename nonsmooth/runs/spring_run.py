@@ -47,7 +47,7 @@ class SpringRun(SceneRun):
         For bodies that move as a function says.
     """
 
-    works = (*OF_ALL, ELASTIC, DAMPING)
+    works: tuple[str, ...] = (*OF_ALL, ELASTIC, DAMPING)
     what_is_deep = SOFT
     has_islands = False
     is_resumed = False
@@ -57,8 +57,8 @@ class SpringRun(SceneRun):
         self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any,
         recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
     ) -> None:  # fmt: skip
-        if functions or (recorder is not None and EVENTS in recorder.kinds):
-            raise InvalidInput('Penalty looks for no events in a scene; leave out events= and "events" of record=')
+        if recorder is not None and EVENTS in recorder.kinds:
+            raise InvalidInput('Penalty looks for no events of pairs; leave "events" out of record=')
         if recorder is not None and PAIRS in recorder.kinds:
             raise InvalidInput(
                 'Penalty sums up nothing by pairs of bodies; leave "pairs" out of record=, or take '
@@ -73,7 +73,7 @@ class SpringRun(SceneRun):
                 f"{guided[0]} moves as a function says, which Penalty does not follow within its steps; give it an "
                 "even velocity, or take MoreauJean(dt)"
             )
-        self._begin(scene, integrator, listed(times), recorder, project, ())
+        self._begin(scene, integrator, listed(times), recorder, project, functions)
         if self.world.surfaces.has_laws:
             raise InvalidInput(
                 "Penalty rubs by Coulomb's law in a scene, and a material of it has a law of the sliding speed; take "
@@ -102,12 +102,17 @@ class SpringRun(SceneRun):
 
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
-        before, began = self.steps, running_time()
+        before, began, t = self.steps, running_time(), self.now
+        for watch in self.watches:
+            most = watch.steps_at_once(self, most)
         with interrupts_held_back():  # a step is whole, or it is not begun
             end = self.assembly.go_to(self.target, min(most, self._block))
         if end != DONE:
             self.status = SPRING_ENDS[end]
             self.assembly.network.n_c = 0  # those of a step that was tried in vain
+        else:
+            for watch in self.watches:
+                watch.look(self, t, self.now)
         self._block = next_block(self.steps - before, running_time() - began)
 
     @property

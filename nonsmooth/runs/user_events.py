@@ -8,6 +8,7 @@ the event is terminal. Source: Brent, *Algorithms for Minimization without Deriv
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -126,8 +127,9 @@ class EventWatch:
                 if not event.is_reached(before, event.seen[1]):
                     continue
                 if not look.is_jump[m]:
-                    t = root(event, motion, look.step[m], t_before, t, before, event.seen[1])
-                    q, u = state(motion, look.step[m], t)
+                    within = functools.partial(state, motion, look.step[m])
+                    t = root(event, within, t_before, t, before, event.seen[1])
+                    q, u = within(t)
                 event.found.append((float(t), q.copy(), u.copy()))
                 if len(event.found) == event.limit:
                     message = f"{event.name} was reached at t = {t:.9g} s"
@@ -181,13 +183,15 @@ def state(motion: Motion, k: int, t: float) -> tuple[np.ndarray, np.ndarray]:
     return q[0], u[0]
 
 
-def root(event: UserEvent, motion: Motion, k: int, t_a: float, t_b: float, f_a: float, f_b: float) -> float:
-    """The time in [t_a, t_b] of step k at which the function falls to zero or passes through it [s]."""
+def root(
+    event: UserEvent, state_at: Callable[[float], tuple[Any, ...]], t_a: float, t_b: float, f_a: float, f_b: float
+) -> float:
+    """The time in [t_a, t_b] of a step at which the function of a state falls to zero or passes through it [s]."""
     from scipy.optimize import brentq
 
     known = {t_a: f_a, t_b: f_b}
 
     def value(t: float) -> float:
-        return known[t] if t in known else event(t, *state(motion, k, t))
+        return known[t] if t in known else event(t, *state_at(t))
 
     return float(brentq(value, t_a, t_b, xtol=EVENT_TIME_RESOLUTION * (t_b - t_a), rtol=EVENT_TIME_RESOLUTION))
