@@ -89,6 +89,7 @@ class SceneRun:
         self.scene, self.integrator, self.table = scene, integrator, table
         if len(scene.bodies) == 0:
             raise InvalidInput("the scene has no bodies; add them by scene.body(...), scene.fixed(...)")
+        require_newtons_law(scene)
         self.recorder = SceneRecorder() if recorder is None else recorder
         self.recorder.require_room(self)
         started = time.perf_counter()
@@ -408,6 +409,16 @@ def require_of_scenes(integrator: MoreauJean) -> None:
             "a loop is compiled for a System alone, the steps of a scene are the same for all; leave out "
             "specialise= of MoreauJean"
         )
+
+
+def require_newtons_law(scene: Scene) -> None:
+    """Raise `InvalidInput` for laws of impact that steps of scenes do not have."""
+    for body in scene.bodies:
+        if body.material.impact not in (None, "newton"):
+            raise InvalidInput(
+                f"{body.name} is of {body.material}, and a step of scenes rebounds by Newton's law; EventDriven and "
+                "Adaptive take the others in a scene of few contacts"
+            )
 
 
 def require_no_joints(scene: Scene, what: str) -> None:

@@ -26,6 +26,7 @@ from nonsmooth.mechanics.model_system import MOST_SYSTEMS, content_of
 from nonsmooth.mechanics.start import CoordinateState
 from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.materials import impact_of_pair
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, inverse, place_of, rotate
 from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functions_of_touches
@@ -166,17 +167,18 @@ def _has_dynamic(pair: Iterable[Body]) -> bool:
 def _contact(scene: Scene, a: Body, b: Body, values: dict[str, float]) -> Contact:
     """The contact of two bodies, its coefficients named after them; without friction it has no tangential row."""
     mu, e = coefficients_of(scene, a.material, b.material)
+    impact = impact_of_pair(a.material, b.material)
     pair = re.sub(r"\W", "_", f"{a.name}_{b.name}", flags=re.ASCII)
     names = f"mu_{pair}", f"e_{pair}"
     if names[1] in values:
         raise InvalidInput(f"two pairs of bodies would both have a coefficient {names[1]}; give {b.name} another name")
     values[names[1]] = e
     if mu == 0:
-        return Contact(e_N=names[1])
+        return Contact(e_N=names[1], impact=impact)
     if isinstance(mu, FrictionLaw):
-        return Contact(mu=mu, e_N=names[1])
+        return Contact(mu=mu, e_N=names[1], impact=impact)
     values[names[0]] = mu
-    return Contact(mu=names[0], e_N=names[1])
+    return Contact(mu=names[0], e_N=names[1], impact=impact)
 
 
 def _parameters(moving: list[Body], values: dict[str, float], axes: tuple[tuple[str, str], ...]) -> Any:

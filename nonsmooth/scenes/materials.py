@@ -14,9 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-from nonsmooth.checks.arrays import as_fraction
+from nonsmooth.checks.arrays import as_fraction, as_name
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.mechanics.laws import Coulomb, Friction, FrictionLaw, as_law
+from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, FrictionLaw, as_law
 from nonsmooth.mechanics.signatures import takes
 from nonsmooth.scenes.ranges import as_friction
 
@@ -34,6 +34,9 @@ class Material:
         Newton's coefficient of restitution against its like, 0 to 1 [-].
     name : str, optional
         By which ``Scene.pair`` finds it.
+    impact : {"newton", "poisson", "energetic", "sequential"}, optional
+        What e is a ratio of, as of `Contact`; of two materials the one that is given. The step of scenes has Newton's
+        law; a scene of few contacts has the others by `EventDriven` and `Adaptive`, and as its ``system()``.
 
     Raises
     ------
@@ -44,18 +47,21 @@ class Material:
     --------
     >>> import nonsmooth as ns
     >>> ns.Material(mu=0.8, e=0.1, name="rubber")
-    Material(mu=0.8, e=0.1, name='rubber')
+    Material(mu=0.8, e=0.1, name='rubber', impact=None)
     """
 
     mu: float | FrictionLaw = 0.5
     e: float = 0.0
     name: str = ""
+    impact: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mu", as_mu(self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
         if not isinstance(self.name, str):
             raise InvalidInput(f"the name of a material must be a text; got {shown(self.name)}")
+        if self.impact is not None:
+            as_name("impact law", self.impact, IMPACT_LAWS)
 
 
 def as_mu(mu: Any) -> float | FrictionLaw:
@@ -76,3 +82,12 @@ def of_pair(a: Material, b: Material) -> tuple[float | FrictionLaw | None, float
     if isinstance(a.mu, FrictionLaw) or isinstance(b.mu, FrictionLaw):
         return a.mu if a.mu == b.mu else None, e
     return math.sqrt(a.mu * b.mu), e
+
+
+def impact_of_pair(a: Material, b: Material) -> str | None:
+    """The law of impact of two materials, that of either of them."""
+    if a.impact is not None and b.impact is not None and a.impact != b.impact:
+        raise InvalidInput(
+            f"{a} and {b} have unlike laws of impact, and two bodies that strike have one; give both one"
+        )
+    return b.impact if a.impact is None else a.impact

@@ -184,3 +184,57 @@ def test_a_selection_rule_is_that_of_the_system():
     with pytest.raises(ns.InvalidInput, match="no selection rule"):
         ns.simulate(bouncing(), integrator=ns.EventDriven(), selection="none")
     assert ns.simulate(bouncing(), integrator=ns.EventDriven(), selection="lift-off").success
+
+
+def rod_that_strikes(impact, e=0.8, mu=0.3):
+    """A slanted rod that slides and strikes the ground with its lower tip."""
+    scene = ns.Scene(gravity=(0, 0), material=ns.Material(mu=mu, e=e, impact=impact))
+    scene.fixed(GROUND, name="ground")
+    scene.body(ns.Capsule(1.0, 1e-9), mass=1.0, inertia=1 / 12, position=(0, 0.5 * math.sin(1.0) + 1e-9), turn=1.0,
+               velocity=(-2.0, -1.0), name="rod")  # fmt: skip
+    return scene
+
+
+@pytest.mark.parametrize("integrator", METHODS)
+@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
+def test_a_scene_of_few_contacts_rebounds_by_the_law_that_its_material_names(law, integrator):
+    e, mu = 0.8, 0.3
+    sol = ns.simulate(rod_that_strikes(law, e, mu), (0, 0.01), integrator=integrator, record=EVERYTHING)
+    P = next(event for event in sol.events if event.kind == SceneEventKind.LANDING)
+    # W_N = (0, 1, -c/2), W_F = (1, 0, s/2) at the lower tip of a rod of m = l = 1
+    c, s = math.cos(1.0), math.sin(1.0)
+    G_NN, G_NF = 1.0 + 3.0 * c * c, -3.0 * s * c
+    p = G_NN + mu * G_NF  # of a slide to the left, P_F = mu P_N
+    # the slide goes on through the impact: |gamma_F| falls by less than it was
+    gain = -2.0 + (G_NF + mu * (1.0 + 3.0 * s * s)) * (1 + e) / p
+    assert gain < 0.0
+    # with a slide in one direction all three laws agree: e is a ratio of velocities, impulses and works at once
+    assert P.P_N == pytest.approx((1 + e) / p, rel=1e-6) and P.P[0] == pytest.approx(mu * P.P_N, rel=1e-6)
+
+
+def test_laws_of_impact_part_where_a_slide_is_reversed_as_those_of_a_contact_do():
+    found = {}
+    for law in ("newton", "poisson", "energetic"):
+        scene = rod_that_strikes(law, mu=1.5)
+        sol = ns.simulate(scene, (0, 1e-3), integrator=ns.EventDriven(), record=EVERYTHING)
+        system = scene.system()
+        assert [contact.impact for contact in system.contacts] == [law, law]
+        by_hand = ns.simulate(system, (0, 1e-3), *scene.state(), integrator=ns.EventDriven())
+        np.testing.assert_array_equal(sol["rod"].velocity[-1], by_hand.u[-1, :2])
+        found[law] = sol["rod"].velocity[-1].tolist()
+    assert found["newton"] != found["poisson"] != found["energetic"]
+
+
+def test_steps_of_scenes_refuse_other_laws_of_impact_by_name():
+    for integrator in (ns.MoreauJean(1e-3), ns.Penalty(1e5)):
+        with pytest.raises(
+            ns.InvalidInput, match="ground is of .*'energetic'.* step of scenes rebounds by Newton's law"
+        ):
+            ns.simulate(rod_that_strikes("energetic"), (0, 0.01), integrator=integrator)
+    assert ns.simulate(rod_that_strikes("newton"), (0, 0.01), integrator=ns.MoreauJean(1e-3)).success
+    with pytest.raises(ns.InvalidInput, match="no impact law 'elastic'"):
+        ns.Material(impact="elastic")
+    scene = rod_that_strikes("energetic")
+    scene.body(ns.Disc(0.1), mass=1.0, position=(5, 1), material=ns.Material(impact="poisson"), name="disc")
+    with pytest.raises(ns.InvalidInput, match="have unlike laws of impact"):
+        scene.system([("disc", "ground")])
