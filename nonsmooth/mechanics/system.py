@@ -117,7 +117,7 @@ class Contact:
     impact: str | None = None
     directions: int = 1
     name: str = ""
-    at: Callable[..., Any] | None = field(default=None, compare=False)
+    at: Callable[..., Any] | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         as_instance("the name of a contact", self.name, str, "a text")

@@ -435,7 +435,7 @@ def test_a_run_that_is_resumed_goes_on_telling_them(tmp_path):
 def test_damaged_paradoxes_are_refused(tmp_path):
     found = run(rod_scene())
     found.paradox_rows[0, 1] = 7.0
-    with pytest.raises(ns.InvalidInput, match="its paradoxes have kinds that are not there"):
+    with pytest.raises(ns.InvalidInput, match="its kinds of paradoxes must lie in 2"):
         ns.SceneSolution.load(found.save(tmp_path / "run.npz"))
 
 
