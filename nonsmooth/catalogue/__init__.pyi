@@ -5,6 +5,7 @@ from typing import Any
 from models.bead_chain import BeadChain as BeadChain
 from models.belt_oscillator import BeltOscillator as BeltOscillator
 from models.bilateral_rod import BilateralRod as BilateralRod
+from models.billiard_ball import BilliardBall as BilliardBall
 from models.bouncing_ball import BouncingBall as BouncingBall
 from models.follower_force_arm import FollowerForceArm as FollowerForceArm
 from models.incline import InclinedBlock as InclinedBlock

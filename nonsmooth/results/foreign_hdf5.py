@@ -15,6 +15,7 @@ import io
 import os
 import subprocess
 import sys
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,10 @@ def read_foreign(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
         raise ValueError(ended.stderr.decode(errors="replace").strip())
     if ended.returncode != ANSWER:
         raise ValueError(f"the HDF5 library ended its process on it (exit code {ended.returncode})")
-    return read_arrays(io.BytesIO(ended.stdout), size, lambda forms: None, is_trusted=False)
+    try:
+        return read_arrays(io.BytesIO(ended.stdout), size, lambda forms: None, is_trusted=False)
+    except zipfile.BadZipFile:
+        raise ValueError("the HDF5 library ended well, and it is no archive of arrays that it handed on") from None
 
 
 def is_hdf5(path: Path) -> bool:

@@ -101,6 +101,10 @@ def _form(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Form:
         except (ValueError, KeyError) as error:
             raise ValueError(f"{member.filename!r} is no plain array: {error}") from None
         form, start = Form(dtype.str, shape), stream.tell()
+    if dtype.hasobject:
+        raise ValueError(f"{member.filename!r} is no plain array: it holds pickled objects")
+    if dtype.str[0] == ">":
+        raise ValueError(f"{member.filename!r} is no plain array: big-endian numbers are not read")
     if member.file_size != start + form.size:
         raise ValueError(
             f"{member.filename!r} claims {form.size} bytes in its header; it has {member.file_size - start}"
