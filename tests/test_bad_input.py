@@ -267,8 +267,8 @@ ROWS = [
     ("Scene", {"material": 0.5}, r"material must be a Material\(mu=..., e=...\); got 0.5"),
     (
         "Material",
-        {"mu": ns.Friction(lambda v: 0.3)},
-        r"mu of a material must be a number, .* Friction\(<lambda>\); a law",
+        {"mu": ns.Friction},
+        r"mu is a function, .*Friction'>; give the law of it, mu=ns.Friction\(...\)",
     ),
     ("Material", {"mu": -0.1}, r"mu must not be negative; got -0.1"),
     ("Material", {"e": 1.5}, r"e must lie in \[0, 1\]; got 1.5"),
