@@ -26,13 +26,19 @@ def check(case):
     assert {outcome.method.split()[0] for outcome in failed} == known, "\n".join(stress.row(o) for o in failed)
 
 
+def as_long_as_it_takes(case):
+    """A case as a parameter, slow where it takes half a minute."""
+    return pytest.param(case, marks=pytest.mark.slow if case.name in HALF_A_MINUTE else ())
+
+
+HALF_A_MINUTE = {"stack of 10, masses 1 to 1e+06, at rest", "stack of 50, masses 1 to 1e+03, at rest"}
 GROUPS = (stress_contacts.cases, stress_motions.cases)
 SMALL = [case for cases in GROUPS for case in cases(False)]
 NAMES = {case.name for case in SMALL}
 LONG = [case for cases in GROUPS for case in cases(True) if case.name not in NAMES]
 
 
-@pytest.mark.parametrize("case", SMALL, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", [as_long_as_it_takes(case) for case in SMALL], ids=lambda case: case.name)
 @pytest.mark.filterwarnings("ignore::nonsmooth.ToleranceWarning")  # a motion of micrometres, within its bound
 def test_every_figure_is_within_its_bound(case):
     check(case)
@@ -45,8 +51,14 @@ def test_every_figure_of_a_long_case_is_within_its_bound(case):
 
 
 @pytest.mark.filterwarnings("ignore::nonsmooth.ToleranceWarning")  # what rests moves by micrometres at most
-@pytest.mark.parametrize("case", [stress_contacts.tower_at_rest(50, 1e6), stress_contacts.stack_at_rest(50, 1e3)],
-                         ids=lambda case: case.name)  # fmt: skip
+@pytest.mark.parametrize(
+    "case",
+    [
+        as_long_as_it_takes(make(50, m))
+        for make, m in ((stress_contacts.tower_at_rest, 1e6), (stress_contacts.stack_at_rest, 1e3))
+    ],
+    ids=lambda case: case.name,
+)
 def test_what_rests_under_heavy_bodies_takes_few_steps(case):
     """Rows of heavy bodies are small, not redundant, and the rounding of friction far below its limit is no motion."""
     sol = ns.simulate(case.system, (0.0, stress_contacts.REST), *case.state, integrator=ns.Adaptive(rtol=1e-8))
