@@ -116,13 +116,21 @@ class SceneBySystem:
                     f"{method} integrates a scene as its system, which takes no {option.partition('=')[0]}="
                     f"{option.partition('=')[2]}; leave it out, or {CURE}"
                 )
-        self.scene, self.t_0 = scene, t_span[0]
+        self.scene, self.t_span, self.t_0 = scene, t_span, t_span[0]
         self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()
         self.touches = touches_of(scene)
         self.world, self.names = World(scene, self.t_0), [body.name for body in scene.bodies]
         self.moving = np.array([body.index for body in moving_of(scene)])
         self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS})
         self.events = [self._of_bodies(function) for function in functions]
+
+    def run_by(self, simulate: Callable[..., Solution], **options: Any) -> SceneSolution:
+        """Simulate the system with such options, and return the run of the scene, or raise its failure."""
+        try:
+            run = simulate(self.system, self.t_span, *self.start, events=self.events, record=self.record, **options)
+        except StepFailure as failure:
+            raise self.failure(failure) from failure.__cause__
+        return self.solution(run)
 
     def _of_bodies(self, function: Callable) -> Callable:
         """An event of the user as a function of the state of the system."""

@@ -27,7 +27,6 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.model_system import as_system, require_planar
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import UNILATERAL, System
-from nonsmooth.results.failures import StepFailure
 from nonsmooth.results.recorded import LEDGER, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
@@ -269,16 +268,10 @@ def simulate(
             from nonsmooth.runs.scene_by_system import SceneBySystem
 
             left_out = {"checkpoint": checkpoint, "resume": resume, "view": view, "threads": threads > 1}
-            as_system_of = SceneBySystem(scene, t_span, method, record, functions, left_out)
-            try:
-                run_of_system = simulate(
-                    as_system_of.system, t_span, *as_system_of.start, integrator=integrator, every=every, t_eval=t_eval,
-                    selection=selection, project=project, on_failure=on_failure, events=as_system_of.events,
-                    max_steps=max_steps, max_wall_time=max_wall_time, progress=progress, record=as_system_of.record,
-                )  # fmt: skip
-            except StepFailure as failure:
-                raise as_system_of.failure(failure) from failure.__cause__
-            of_scene = as_system_of.solution(run_of_system)
+            of_scene = SceneBySystem(scene, t_span, method, record, functions, left_out).run_by(
+                simulate, integrator=integrator, every=every, t_eval=t_eval, selection=selection, project=project,
+                on_failure=on_failure, max_steps=max_steps, max_wall_time=max_wall_time, progress=progress,
+            )  # fmt: skip
         else:
             from nonsmooth.runs.simulate_scene import simulate_scene
 
