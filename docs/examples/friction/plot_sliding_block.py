@@ -3,7 +3,7 @@ How far does it slide?
 ======================
 
 A block slides until friction has taken its energy, and then rests. Way and time are those of the
-closed form, whatever the step.
+closed form, since the end of the slide is located.
 
 The player: ``nonsmooth run sliding-block --view``.
 """
