@@ -41,7 +41,7 @@ class PairEvents:
     def steps_at_once(self, run: SceneRun, most: int) -> int:
         """How many steps may be taken until the next look: all that would be left out at rest, else one."""
         progress = run.assembly.progress
-        return most if progress.is_resting == 1 and progress.dt == progress.dt_at_rest else 1
+        return most if progress.is_resting == 1 and progress.whole == progress.dt_at_rest else 1
 
     def look(self, run: SceneRun, t: float, t_end: float) -> None:
         """Note what changed in the step from t to t_end."""

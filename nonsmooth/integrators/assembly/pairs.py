@@ -50,12 +50,12 @@ class Pairs(Block, n_t="1 << (2 * n_p).bit_length()", columns="d + 3"):
     row_at: Array[Ints, "n_t"]  # 1 + the row of a pair; 0 where there is none
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64)")
-def book_pairs(bodies_at, found_at, network_at, asleep_at, pairs_at, is_impact):
-    """Book the solved problem of a step with what sleeps, or that of its impacts, whose ledger is booked."""
+@kernel("void(int64, int64, int64, int64, int64, int64, int64)")
+def book_pairs(bodies_at, found_at, network_at, asleep_at, pairs_at, is_impact, is_first):
+    """Book a solved problem of a step, the first one with what sleeps, or that of its impacts, after the ledger."""
     bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
     pairs, asleep, d = view(pairs_at, Pairs), view(asleep_at, Asleep), bodies.gravity.shape[0]
-    if is_impact == 0:
+    if is_first == 1:
         settle(pairs)
         pairs.step += 1
         pairs.is_open = 1

@@ -28,6 +28,7 @@ PREDICT, FIND, SOLVE, DRAW, REBOUND = range(5)
 DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED, MORE_BOOKS = (
     range(11)
 )
+NEXT_PART = -1  # code: a part of a step is done, or is to be taken again, shorter
 NO_FRICTION = 11  # code: a law gives no coefficient at the speed that was met; ``wanted`` is the contact
 
 
@@ -52,6 +53,7 @@ class Places(Block):
     doubts: int
     pairs: int
     links: int
+    parts: int
 
 
 class Counts(Block):
@@ -118,6 +120,7 @@ class Progress(Block):
     factors: int  # of the problem before
     is_asked: int  # whether islands of the step at hand have been asked for their solutions
     is_examined: int  # whether some were doubtful
+    has_verdicts: int  # whether a paradox was found in one
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
     has_laws: int  # whether friction varies with the slip
@@ -125,7 +128,13 @@ class Progress(Block):
     has_faces: int  # whether several shapes have plane faces, which may hide one another
     is_resting: int  # whether the last step changed nothing: the next one of its length would be the same
     dt_at_rest: float  # its length [s]
-    dt: float
+    may_divide: int  # whether a step may be taken in parts (divided.py)
+    parts: int  # which part of the step is at hand, from 1 on; 0 where it is not divided
+    divisions: int  # times that a part of the step was taken again
+    lets_in: int  # whether the part at hand ends before a landing
+    left: float  # of the step, behind the part at hand [s]
+    whole: float  # the length of the step [s]
+    dt: float  # the length of the part at hand: of a step that is not divided, its own [s]
     theta: float
     margin: float  # of a scene at rest: gaps below it are candidates for contacts [m]
     widest: float  # that it may become [m]
@@ -170,7 +179,7 @@ def note_residual(residual, network, asleep, progress, d):
     figures, islands = progress.figures, network.islands
     if residual > figures.residual:
         note_worst(residual, network, progress, d)
-    if progress.stage == SOLVE:
+    if progress.stage == SOLVE and progress.parts <= 1:
         figures.last_residual = max(residual, asleep.residual) if residual == residual else residual
     elif not residual <= figures.last_residual:
         figures.last_residual = residual
@@ -198,10 +207,12 @@ def note_worst(residual, network, progress, d):
 def note_step(network, asleep, deepest, progress):
     """The figures of a step, before more islands fall asleep."""
     counts, figures = progress.counts, progress.figures
+    figures.last_penetration = max(figures.last_penetration if progress.parts > 1 else 0.0, -deepest)
+    if progress.left > 0.0:
+        return
     counts.steps += 1
     counts.left_islands += asleep.count
     counts.most_contacts = max(counts.most_contacts, network.n_c + asleep.n_c)
-    figures.last_penetration = max(0.0, -deepest)
     figures.penetration = max(figures.penetration, figures.last_penetration)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
 
@@ -272,15 +283,15 @@ def note_rest(bodies, network, progress):
     figures = progress.figures
     is_tight = figures.last_penetration <= progress.tight and figures.last_drift <= progress.tight
     progress.is_resting = 0
-    if progress.may_sleep == 1 and is_tight and is_at_rest(bodies, network):
+    if progress.may_sleep == 1 and progress.parts == 0 and is_tight and is_at_rest(bodies, network):
         if is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):
-            progress.is_resting, progress.dt_at_rest = 1, progress.dt
+            progress.is_resting, progress.dt_at_rest = 1, progress.whole
 
 
 @kernel
 def is_asleep(bodies, progress):
     """Whether the next step would repeat the last one: of the same length, and with nothing told to move."""
-    if progress.is_resting == 0 or progress.dt != progress.dt_at_rest:
+    if progress.is_resting == 0 or progress.whole != progress.dt_at_rest:
         return False
     v, gain = bodies.motion.v, bodies.gain
     for b in range(v.shape[0]):

@@ -17,6 +17,15 @@ from nonsmooth.contact.planar.ladder import SPEED_SWEEPS
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.divided import (
+    MOST_DIVISIONS,
+    SHORT_OF_IT,
+    WHOLE,
+    Parts,
+    ask_of_landings,
+    keep_part,
+    part_to_landing,
+)
 from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
@@ -45,6 +54,7 @@ from nonsmooth.integrators.assembly.progress import (
     MORE_CONTACTS,
     MORE_FACTORS,
     MORE_PAIRS,
+    NEXT_PART,
     NO_FRICTION,
     NOT_MET,
     PREDICT,
@@ -66,7 +76,7 @@ from nonsmooth.integrators.assembly.progress import (
     note_step,
     note_turns,
 )
-from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial, put_back
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
 from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
 from nonsmooth.integrators.assembly.together import note_together
@@ -114,18 +124,28 @@ def take_steps(progress, most, d):
 
 @kernel
 def take_step(progress, d):
-    """One step, or what is left of one."""
+    """One step, in parts where a body lands within it, or what is left of one."""
+    if progress.stage == PREDICT:
+        begin(progress, progress.places, d)
+    end = take_part(progress, d)
+    while end == NEXT_PART:
+        end = take_part(progress, d)
+    return end
+
+
+@kernel
+def take_part(progress, d):
+    """One step, or a part of one, or what is left of that."""
     places = progress.places
     network = view(places.network, Network)
     if progress.stage == PREDICT:
-        begin(progress, places, d)
         predict(places, progress.dt, d)
         progress.stage = FIND
     if progress.stage == FIND:
         end = find(progress, places, network, d)
         if end != DONE:
             return end
-        progress.stage, progress.is_asked, progress.speeds = SOLVE, 0, 0
+        progress.stage, progress.speeds = SOLVE, 0
     if progress.stage == SOLVE:
         if progress.is_asked == 0:
             progress.is_asked = 1
@@ -137,6 +157,9 @@ def take_step(progress, d):
             end = find_speeds(progress, places, network, d)
         if end != DONE:
             return end
+        if progress.may_divide == 1 and is_taken_again(progress, places):
+            progress.stage = PREDICT
+            return NEXT_PART
         progress.stage = DRAW
     if progress.stage == DRAW:
         if view(places.joints, Joints).count > 0:
@@ -152,11 +175,14 @@ def take_step(progress, d):
             return end
         progress.counts.limited += limit_rebounds(places.bodies, places.contacts, places.network, d)
         gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
-        book_by_pairs(places, 1)
+        book_by_pairs(places, 1, False)
         note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)
         progress.stage = PREDICT
-    note_held(places.bodies, places.found, places.contacts, places.network)
+    note_held(places.bodies, places.found, places.contacts, places.network, progress.dt)
+    if progress.left > 0.0:
+        begin_next_part(progress, places)
+        return NEXT_PART
     if progress.is_missed == 1:
         progress.is_missed = 0
         progress.counts.missed += 1
@@ -167,7 +193,12 @@ def take_step(progress, d):
 
 @kernel
 def begin(progress, places, d):
-    """Wake what sleeps through steps of another length; say what is still."""
+    """Begin a step, which is whole until it is divided; wake what sleeps through steps of another length; say what is
+    still."""
+    progress.dt, progress.left = progress.whole, 0.0
+    progress.parts, progress.divisions, progress.lets_in = 0, 0, 0
+    progress.is_asked, progress.has_verdicts = 0, 0
+    view(places.parts, Parts).n_c = 0
     bodies, asleep = view(places.bodies, Bodies), view(places.asleep, Asleep)
     if asleep.count > 0 and progress.dt != asleep.dt:
         wake_all(bodies, view(places.contacts, Contacts), asleep, (progress.dt, d))
@@ -204,6 +235,8 @@ def find(progress, places, network, d):
         )
     hold(places, 0)
     prepare(places, d)
+    if progress.parts > 0:
+        ask_of_landings(places.bodies, places.found, places.network, dt, progress.whole, progress.lets_in)
     approach = view(places.solver, Solver).approach
     ask_of_wandering(places.bodies, places.found, places.contacts, places.network, dt, approach)
     hold_closed(places.bodies, places.found, places.network, places.solver, dt, progress.tight)
@@ -256,6 +289,34 @@ def prepare(places, d):
     else:
         turn_inertia(places.bodies, places.network)
         prepare_spatial(places.network)
+
+
+@kernel
+def is_taken_again(progress, places):
+    """Whether the solved part of a step is taken again: up to just before a landing within it, or, where parts do not
+    get short enough, with the landing in it."""
+    if progress.lets_in == 0 and (progress.is_missed == 1 or progress.has_verdicts == 1):
+        return False
+    share = part_to_landing(places.bodies, places.found, places.network, progress.dt)
+    if share == WHOLE or (progress.lets_in == 0 and progress.divisions == MOST_DIVISIONS):
+        return False
+    if progress.divisions == MOST_DIVISIONS:
+        progress.lets_in = 0
+    else:
+        share *= SHORT_OF_IT if progress.lets_in == 1 else 1.0
+        progress.left += (1.0 - share) * progress.dt
+        progress.dt *= share
+        progress.parts, progress.divisions, progress.lets_in = max(progress.parts, 1), progress.divisions + 1, 1
+    put_back(view(places.bodies, Bodies))
+    return True
+
+
+@kernel
+def begin_next_part(progress, places):
+    """Keep the impulses of the part that ends, and begin what is left of the step."""
+    keep_part(places.found, places.network, places.parts)
+    progress.dt, progress.left = progress.left, 0.0
+    progress.parts, progress.lets_in = progress.parts + 1, 0
 
 
 @kernel
@@ -330,10 +391,10 @@ def move(progress, places, network, d):
             bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
         )
     note_step(network, asleep, deepest, progress)
-    if progress.may_sleep == 1:
+    if progress.may_sleep == 1 and progress.parts == 0:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
-    book_by_pairs(places, 0)
+    book_by_pairs(places, 0, progress.parts <= 1)
     if d == 3:
         of_bodies = view(bodies, Bodies)
         take_spins(of_bodies, of_bodies.motion.v)
@@ -341,10 +402,12 @@ def move(progress, places, network, d):
 
 
 @kernel
-def book_by_pairs(places, is_impact):
-    """Book what each pair of bodies did, where that is asked for."""
+def book_by_pairs(places, is_impact, is_first):
+    """Book what each pair of bodies did, where that is asked for; of the first problem of a step, with what sleeps."""
     if view(places.pairs, Pairs).is_asked == 1:
-        book_pairs(places.bodies, places.found, places.network, places.asleep, places.pairs, is_impact)
+        book_pairs(
+            places.bodies, places.found, places.network, places.asleep, places.pairs, is_impact, 1 if is_first else 0
+        )
 
 
 @kernel

@@ -21,6 +21,7 @@ from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.divided import OF_PARTS, Parts, joints_of_parts, with_parts
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
@@ -52,7 +53,7 @@ from nonsmooth.integrators.assembly.progress import (
     TOGETHER,
     Progress,
 )
-from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
@@ -101,11 +102,13 @@ PLACES = (
     "doubts",
     "pairs",
     "links",
+    "parts",
 )
 
 # defined: blocks that a step takes something from that the step before left
 CARRIED = (
     "bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "pairs", "progress", "paradoxes",
+    "parts",
 )  # fmt: skip
 
 
@@ -201,6 +204,8 @@ class Assembly:
         rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
         rare += (leave_out_hidden,) if has_faces else ()
         rare += (take_friction, update_friction) if surfaces.has_laws else ()
+        may_divide = not has_restitution and not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
+        rare += OF_PARTS if may_divide else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -211,7 +216,7 @@ class Assembly:
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
         progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
-        progress.theta = theta
+        progress.may_divide, progress.theta = may_divide, theta
         bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
         progress.tight = TIGHT * self.smallest if len(bounded) else 0.0
@@ -220,6 +225,7 @@ class Assembly:
         self.fill = 10 * min(len(bodies.mass), 200) + 100
         self.contacts: Contacts = new(Contacts, m=0, n_s=n_s, d=self.dim)
         self.asleep: Asleep = new(Asleep, m=0, n_b=len(bodies.mass), d=self.dim)
+        self.parts: Parts = new(Parts, m=0, d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.desks = Desks(1)
         self.unsolved: Matrices | None = None  # what ends a run that is strict
@@ -236,7 +242,7 @@ class Assembly:
     def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
         """Take so many steps, from a time t [s] that events are told by; returns DONE, LOST or UNSOLVED."""
         progress = self.progress
-        progress.dt, progress.threads = dt, self.desks.threads
+        progress.whole, progress.threads = dt, self.desks.threads
         self.solver.approach = DRIVEN_IN[self.dim] * self.smallest / dt
         progress.margin = max(MARGIN * self.gravity * dt * dt, WEIGHTLESS_MARGIN * self.largest)
         progress.widest = REACH_SHARE * self.largest
@@ -250,6 +256,7 @@ class Assembly:
                 self.verdicts = []
             if end == DOUBTFUL:
                 self.examined, self.verdicts = t + (int(progress.counts.steps) - first) * dt, examine(self)
+                progress.has_verdicts = len(self.verdicts) > 0
             elif end == EXAMINED:
                 continue
             elif end == MORE_CONTACTS:
@@ -303,7 +310,7 @@ class Assembly:
             self.bodies.motion.x[:] = self.bodies.x_0
             self.network.n_c, self.progress.stage = 0, PREDICT
         elif self.progress.stage != PREDICT:
-            self.take_steps(float(self.progress.dt), 1)
+            self.take_steps(float(self.progress.whole), 1)
 
     def find_contacts(self, margin: float = 0.0) -> int:
         """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or
@@ -341,12 +348,15 @@ class Assembly:
     def contact_rows(self) -> ContactRows:
         """The contacts of the last step, those that sleep among them, in the order of their keys."""
         rows = rows_of_step(self.found, self.network, self.contacts.P)
+        found = self.found.key[: len(rows.i)]
+        if self.parts.n_c > 0:
+            rows, found = with_parts(rows, found, self.parts)
         if self.asleep.count == 0:
             return rows
-        n, is_contact = len(rows.i), self.asleep.key[: int(self.asleep.n_c)] < FIRST_JOINT
+        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_JOINT
         is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
         resting = rows_at_rest(self.asleep)
-        keys = np.concatenate((self.found.key[:n][is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
+        keys = np.concatenate((found[is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
         order = np.argsort(keys)
         joined = (np.concatenate((column[is_awake], others)) for column, others in zip(rows, resting, strict=True))
         return ContactRows(*(column[order] for column in joined))
@@ -358,6 +368,8 @@ class Assembly:
         for keys, P in ((self.asleep.key[:asleep], self.asleep.own), (self.found.key[:awake], self.contacts.P)):
             rows = np.flatnonzero(keys >= FIRST_JOINT)
             impulses[interpreted(joint_of)(keys[rows])] = P[rows]
+        keys, P = joints_of_parts(self.parts)
+        np.add.at(impulses, interpreted(joint_of)(keys), P)
         return impulses
 
     def exchanged(self) -> dict[str, np.ndarray]:
@@ -411,6 +423,8 @@ class Assembly:
         self.found = new(Found, m=m, d=d)
         self.contacts = new(Contacts, m=m, n_s=len(self.shapes.body), d=d)
         self.links = new(Links, m=m, n_b=n_b)
+        parts, self.parts = self.parts, new(Parts, m=m if self.progress.may_divide else 0, d=d)
+        keep_rows(parts, self.parts)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
         held = {"m": m, "n_b": n_b} if self.joints.count else {"m": 0, "n_b": 0}
         self.held = new(Held, d=d, n=n, **held)
@@ -420,7 +434,7 @@ class Assembly:
             self.has_room = True
         else:
             k = int(before.n_before)
-            self.contacts.n_before = k
+            self.contacts.n_before, self.contacts.dt_before = k, before.dt_before
             for name in ("key_before", "P_before", "own_before", "normal_before", "point_before", "stuck_before"):
                 getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
             keep_rows(self.asleep, asleep)

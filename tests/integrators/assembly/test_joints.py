@@ -432,7 +432,7 @@ def test_the_interpreter_takes_steps_of_the_bits_of_compiled_code(dim):
     one, other = begun(), begun()
     one.take_steps(2e-3, 5)
     fields = {name: getattr(other.progress, name) for name in type(other.progress)._fields()}
-    fields |= {name: getattr(one.progress, name) for name in ("dt", "margin", "widest")}
+    fields |= {name: getattr(one.progress, name) for name in ("whole", "margin", "widest")}
     blocks = {name: getattr(other, name) for name in PLACES}
     fields["places"] = SimpleNamespace(motion=other.bodies.motion, **blocks)
     progress = SimpleNamespace(**fields)

@@ -1,0 +1,15 @@
+"""
+Run time against error
+======================
+
+A method is as good as the error that it reaches in a time. Each integrator is run over its steps or
+tolerances; the error is measured against a reference that two methods agree upon.
+"""
+
+import nonsmooth as ns
+from nonsmooth.catalogue import Woodpecker
+
+methods = {"MoreauJean": ns.MoreauJean, "Adaptive": ns.Adaptive, "EventDriven": ns.EventDriven}
+study = ns.work_precision([Woodpecker()], methods)
+print(study.table())
+figure = study.plot()

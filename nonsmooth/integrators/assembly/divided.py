@@ -1,0 +1,167 @@
+"""A step in which a body lands is taken in parts: up to the landing, and from there on.
+
+Where a contact c closes within the step, its impulse acts as if from the beginning of the step: a block that rocks then
+pivots too early, by up to dt, and loses the order of the method. It lands at t_l instead, the first root of
+
+    g_N + gamma_0 t + a t^2/2 = 0,    a = (gamma_1 - W_cc P_N - gamma_0)/dt
+
+a is the acceleration of the gap under all impulses of the whole step but its own. The first part of the step ends at
+t_l; in it the contact may approach freely, b_N >= 2 g dt - gamma_0, since a partial impulse beside a corner that is
+pressed would take more than an impact does. If it would be met before, since the other impulses are not those of the
+whole step, the part is taken again, shorter. The second part begins with the whole impact, b_N = 0, over what is left
+of the gap. Both are steps of the scheme, of their own lengths; so there may be several parts. The impulses of a step
+are those of all of them.
+
+Steps are divided in small scenes without restitution, where a body lands on one that impulses do not move, faster than
+``FAST`` steps of gravity bring it to: two bodies that are both free keep their angular momentum to rounding in a step
+that is not divided.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Annotated as Array
+
+import numpy as np
+
+from nonsmooth.contact.network.joint import acts, is_joint
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.project import fall_of, normal_velocity
+from nonsmooth.integrators.assembly.sleep import ContactRows
+from nonsmooth.integrators.assembly.wandering import turns_or_gains
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.scenes.detection import FIRST_JOINT, Found
+
+FAST = 4.0  # chosen: times g dt, the velocity of approach of a landing: what is slower loses less than the step does
+FIRST = 0.05  # chosen: of a step, before which a landing is one at its beginning
+SECOND_HALF = 0.5  # chosen: of a part: what would land before it at its velocity is not let in
+SHORT_OF_IT = 0.999  # chosen: of the time to a landing, a part that is taken again; and of a step, a first part
+PAST_IT = 1e-9  # chosen: of the way of a contact in a part: what is overlapped less is a rounding
+LEFT_OVER = 2.0 * (1.0 - SHORT_OF_IT)  # derived: of the way in a step: a gap that the part before may have left
+MOST_DIVISIONS = 12  # chosen: of a step: corners that land within it, and parts that are taken again
+WHOLE = 1.0  # code: the share of a step that is not divided
+NO_KEY = -1  # code: of no contact
+
+
+class Parts(Block):
+    """The contacts that had impulses in the parts of a step before its last one, up to m of them."""
+
+    n_c: int
+    key: Array[Ints, "m"]
+    i: Array[Ints, "m"]
+    j: Array[Ints, "m"]
+    mu: Array[Floats, "m"]
+    gap: Array[Floats, "m"]
+    normal: Array[Floats, "m", "d"]
+    point: Array[Floats, "m", "d"]
+    frame: Array[Floats, "m", "d", "d"]  # axes of normal and tangents
+    P: Array[Floats, "m", "d"]  # impulses in the axes of the world
+
+
+@kernel("float64(int64, int64, int64, float64)")
+def part_to_landing(bodies_at, found_at, network_at, dt):
+    """The share of the solved step that ends at the first landing, WHOLE where nothing lands within it."""
+    bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
+    for b in range(bodies.mass.shape[0]):
+        if bodies.motion.moves[b] == 0 and turns_or_gains(bodies, b):
+            return WHOLE
+    part, n, fast = WHOLE, network.v.shape[1], FAST * fall_of(bodies, dt)
+    for c in range(network.n_c):
+        if found.gap[c] > 0.0 and is_on_the_ground(bodies, network, c):
+            before, _ = normal_velocity(network, c, bodies.v_0, n)
+            after, _ = normal_velocity(network, c, network.v, n)
+            is_met = network.P[c, 0] > 0.0 or found.gap[c] + 0.5 * dt * (before + after) < PAST_IT * dt * before
+            if is_met and before < -fast:
+                share = share_to_landing(network, c, found.gap[c], before, after, dt)
+                part = share if FIRST < share < part else part
+    return min(part, SHORT_OF_IT) if part < WHOLE else WHOLE
+
+
+@kernel
+def is_on_the_ground(bodies, network, c):
+    """Whether contact c is one with a body that impulses do not move."""
+    return not is_joint(network, c) and bodies.motion.moves[network.i[c]] != bodies.motion.moves[network.j[c]]
+
+
+@kernel
+def share_to_landing(network, c, gap, before, after, dt):
+    """t_l / dt of contact c, from its velocities at the ends of the step."""
+    change = after - network.W[c, 0, 0] * network.P[c, 0] - before
+    square = before * before - 2.0 * change * gap / dt
+    return 2.0 * gap / (dt * (sqrt(square) - before)) if square >= 0.0 else WHOLE
+
+
+@kernel("void(int64, int64, int64, float64, float64, int64)")
+def ask_of_landings(bodies_at, found_at, network_at, dt, whole, lets_in):
+    """Stop at once what lands at the beginning of a part of a step; in one up to a landing let what approaches fast, to
+    land at the end of it or later, do so freely."""
+    bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
+    fall = fall_of(bodies, dt)
+    for c in range(network.n_c):
+        if found.gap[c] > 0.0 and is_on_the_ground(bodies, network, c):
+            before, _ = normal_velocity(network, c, bodies.v_0, network.v.shape[1])
+            if before < -FAST * fall:
+                if lets_in == 1 and found.gap[c] >= -SECOND_HALF * dt * before:
+                    network.b[c, 0] = max(network.b[c, 0], 2.0 * fall - before)
+                elif found.gap[c] <= -LEFT_OVER * whole * before:
+                    network.b[c, 0] = 0.0
+
+
+@kernel("void(int64, int64, int64)")
+def keep_part(found_at, network_at, parts_at):
+    """Add up the impulses of the parts of a step before its last one."""
+    found, network, parts = view(found_at, Found), view(network_at, Network), view(parts_at, Parts)
+    d = found.normal.shape[1]
+    for c in range(network.n_c):
+        if acts(network, c):
+            at = row_of_key(parts, found.key[c], d)
+            parts.gap[at], parts.mu[at] = found.gap[c], network.mu[c]
+            parts.i[at], parts.j[at] = network.i[c], network.j[c]
+            for k in range(d):
+                parts.normal[at, k], parts.point[at, k] = found.normal[c, k], found.point[c, k]
+                for row in range(d):
+                    parts.frame[at, row, k] = network.J_j[c, row, k]
+                    parts.P[at, k] += network.J_j[c, row, k] * network.P[c, row]
+
+
+@kernel
+def row_of_key(parts, key, d):
+    """The row of a contact, which is a new one where it had none yet."""
+    for at in range(parts.n_c):
+        if parts.key[at] == key:
+            return at
+    at, parts.n_c = parts.n_c, parts.n_c + 1
+    parts.key[at] = key
+    for k in range(d):
+        parts.P[at, k] = 0.0
+    return at
+
+
+OF_PARTS = (part_to_landing, ask_of_landings, keep_part)  # defined: of a scene whose steps may be divided
+
+
+def with_parts(rows: ContactRows, keys: np.ndarray, parts: Parts) -> tuple[ContactRows, np.ndarray]:
+    """The contacts of the last part of a step with the impulses of all its parts, and their keys; rows are in the order
+    of these, as are the rows of joints."""
+    n = int(parts.n_c)
+    order = np.argsort(parts.key[:n])
+    key, P = parts.key[order], parts.P[order]
+    at = np.searchsorted(keys, key)
+    is_last = np.append(keys, NO_KEY)[at] == key
+    own = rows.own.copy()
+    own[at[is_last]] += np.einsum("crk,ck->cr", rows.frame[at[is_last]], P[is_last])
+    left = order[~is_last & (key < FIRST_JOINT)]
+    columns = {name: getattr(parts, name)[left] for name in ContactRows._fields if name != "own"}
+    others = ContactRows(**columns, own=np.einsum("crk,ck->cr", parts.frame[left], parts.P[left]))
+    keys = np.concatenate((keys, parts.key[left]))
+    order = np.argsort(keys)
+    joined = (np.concatenate(column)[order] for column in zip(rows._replace(own=own), others, strict=True))
+    return ContactRows(*joined), keys[order]
+
+
+def joints_of_parts(parts: Parts) -> tuple[np.ndarray, np.ndarray]:
+    """The keys of the joints, and their impulses in the parts before the last one."""
+    rows = np.flatnonzero(parts.key[: int(parts.n_c)] >= FIRST_JOINT)
+    return parts.key[rows], parts.P[rows]
