@@ -35,13 +35,13 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.scenes.detection import FIRST_JOINT, Found
 
 FAST = 4.0  # chosen: times g dt, the velocity of approach of a landing: what is slower loses less than the step does
-FIRST = 0.05  # chosen: of a step, before which a landing is one at its beginning
-SECOND_HALF = 0.5  # chosen: of a part: what would land before it at its velocity is not let in
+SOON = 0.05  # chosen: of a step, before which a landing is one at its beginning
+IN_SECOND_HALF = 0.5  # chosen: of a part: what would land before it at its velocity is not let in
 SHORT_OF_IT = 0.999  # chosen: of the time to a landing, a part that is taken again; and of a step, a first part
 PAST_IT = 1e-9  # chosen: of the way of a contact in a part: what is overlapped less is a rounding
 LEFT_OVER = 2.0 * (1.0 - SHORT_OF_IT)  # derived: of the way in a step: a gap that the part before may have left
 MOST_DIVISIONS = 12  # chosen: of a step: corners that land within it, and parts that are taken again
-WHOLE = 1.0  # code: the share of a step that is not divided
+UNDIVIDED = 1.0  # code: the share of a step that is not divided
 NO_KEY = -1  # code: of no contact
 
 
@@ -62,12 +62,12 @@ class Parts(Block):
 
 @kernel("float64(int64, int64, int64, float64)")
 def part_to_landing(bodies_at, found_at, network_at, dt):
-    """The share of the solved step that ends at the first landing, WHOLE where nothing lands within it."""
+    """The share of the solved step that ends at the first landing, UNDIVIDED where nothing lands within it."""
     bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
     for b in range(bodies.mass.shape[0]):
         if bodies.motion.moves[b] == 0 and turns_or_gains(bodies, b):
-            return WHOLE
-    part, n, fast = WHOLE, network.v.shape[1], FAST * fall_of(bodies, dt)
+            return UNDIVIDED
+    part, n, fast = UNDIVIDED, network.v.shape[1], FAST * fall_of(bodies, dt)
     for c in range(network.n_c):
         if found.gap[c] > 0.0 and is_on_the_ground(bodies, network, c):
             before, _ = normal_velocity(network, c, bodies.v_0, n)
@@ -75,8 +75,8 @@ def part_to_landing(bodies_at, found_at, network_at, dt):
             is_met = network.P[c, 0] > 0.0 or found.gap[c] + 0.5 * dt * (before + after) < PAST_IT * dt * before
             if is_met and before < -fast:
                 share = share_to_landing(network, c, found.gap[c], before, after, dt)
-                part = share if FIRST < share < part else part
-    return min(part, SHORT_OF_IT) if part < WHOLE else WHOLE
+                part = share if SOON < share < part else part
+    return min(part, SHORT_OF_IT) if part < UNDIVIDED else UNDIVIDED
 
 
 @kernel
@@ -90,7 +90,7 @@ def share_to_landing(network, c, gap, before, after, dt):
     """t_l / dt of contact c, from its velocities at the ends of the step."""
     change = after - network.W[c, 0, 0] * network.P[c, 0] - before
     square = before * before - 2.0 * change * gap / dt
-    return 2.0 * gap / (dt * (sqrt(square) - before)) if square >= 0.0 else WHOLE
+    return 2.0 * gap / (dt * (sqrt(square) - before)) if square >= 0.0 else UNDIVIDED
 
 
 @kernel("void(int64, int64, int64, float64, float64, int64)")
@@ -103,7 +103,7 @@ def ask_of_landings(bodies_at, found_at, network_at, dt, whole, lets_in):
         if found.gap[c] > 0.0 and is_on_the_ground(bodies, network, c):
             before, _ = normal_velocity(network, c, bodies.v_0, network.v.shape[1])
             if before < -FAST * fall:
-                if lets_in == 1 and found.gap[c] >= -SECOND_HALF * dt * before:
+                if lets_in == 1 and found.gap[c] >= -IN_SECOND_HALF * dt * before:
                     network.b[c, 0] = max(network.b[c, 0], 2.0 * fall - before)
                 elif found.gap[c] <= -LEFT_OVER * whole * before:
                     network.b[c, 0] = 0.0

@@ -20,7 +20,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_pla
 from nonsmooth.integrators.assembly.divided import (
     MOST_DIVISIONS,
     SHORT_OF_IT,
-    WHOLE,
+    UNDIVIDED,
     Parts,
     ask_of_landings,
     keep_part,
@@ -298,7 +298,7 @@ def is_taken_again(progress, places):
     if progress.lets_in == 0 and (progress.is_missed == 1 or progress.has_verdicts == 1):
         return False
     share = part_to_landing(places.bodies, places.found, places.network, progress.dt)
-    if share == WHOLE or (progress.lets_in == 0 and progress.divisions == MOST_DIVISIONS):
+    if share == UNDIVIDED or (progress.lets_in == 0 and progress.divisions == MOST_DIVISIONS):
         return False
     if progress.divisions == MOST_DIVISIONS:
         progress.lets_in = 0
