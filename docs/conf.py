@@ -42,12 +42,16 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
+THEMES = (
+    "friction", "exact_friction", "impact", "paradox", "scenes", "penalty_limits", "vibration", "energies", "sweeps",
+)  # fmt: skip
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
     "gallery_dirs": "generated/gallery",
     "filename_pattern": r"\.py$",
     "backreferences_dir": "generated/backreferences",
     "doc_module": ("nonsmooth",),
+    "subsection_order": [f"examples/{theme}" for theme in THEMES],
     "within_subsection_order": "FileNameSortKey",
     "show_memory": False,
     "write_computation_times": False,

@@ -35,7 +35,7 @@ def player(page: Path, source: Path) -> str:
     kept = source / PLAYERS / page.name
     kept.parent.mkdir(parents=True, exist_ok=True)
     shutil.move(page, kept)
-    frame = f'<iframe class="player" src="../../{PLAYERS}/{page.name}" title="player" loading="lazy"></iframe>'
+    frame = f'<iframe class="player" src="../../../{PLAYERS}/{page.name}" title="player" loading="lazy"></iframe>'
     return f"\n.. raw:: html\n\n    {frame}\n\n"
 
 

@@ -16,6 +16,7 @@ from nonsmooth.commands.typed_input import NEGATIVE
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted({*(ROOT / "docs").rglob("*.md")} - {*(ROOT / "docs/generated").rglob("*.md")})]
+PRINTED = re.compile(r"prints\n\n```text\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r"^ {4}(nonsmooth (?:run|list|classify|map) [^|\n]*|nonsmooth list)$", re.MULTILINE)
 ANY_COMMAND = re.compile(r"^ {4}(nonsmooth [a-z]+(?:\\\n|[^|\n])*)", re.MULTILINE)
@@ -56,6 +57,8 @@ def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, c
     script.write_text("\n".join(PYTHON.findall(page.read_text())))
     require_sympy_for(script.read_text())
     exec(compile(script.read_text(), script, "exec"), {"__name__": "page"})
+    said = capsys.readouterr().out
+    assert all(shown in said for shown in PRINTED.findall(page.read_text()))
 
 
 @pytest.mark.parametrize("page", pages_with(ANY_COMMAND))

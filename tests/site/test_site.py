@@ -19,7 +19,8 @@ SITE = Path(os.environ.get("NONSMOOTH_SITE", "nowhere"))
 PAGES = (
     "index", "quickstart", "tutorials", "how_to", "reference", "scenes", "theory/moreau_jean", "theory/scenes",
     "benchmarks/accuracy", "generated/api", "generated/api/nonsmooth.simulate", "generated/gallery/index",
-    "generated/gallery/plot_01_sprag_slip",
+    "generated/gallery/paradox/plot_sprag_slip", "generated/gallery/exact_friction/plot_arch_25",
+    "questions", "choices", "how_to/other_programs",
 )  # fmt: skip
 PHONE, SCREEN = 375, 1280  # pixels
 READY = 20.0  # s, for formulas to be set on a busy machine

@@ -14,3 +14,4 @@ from nonsmooth.catalogue import BeltOscillator
 belt = ns.RunTask(BeltOscillator(), ["amplitude", "period"], t_span=(0, 200), integrator=ns.MoreauJean(dt=1e-2))
 found = ns.sweep(belt, {"vb": (np.linspace(0.05, 0.4, 40), "m/s")})
 figure = ns.plot_sweep(found)
+print(f"{found.amplitude.size} runs; {found.attrs['cells_unsettled']} not settled")

@@ -29,3 +29,7 @@ arm = l.model()
 sol = ns.simulate(arm, (0, 1.5), *arm.state(th1=-0.5, th2=1.4), integrator=ns.EventDriven())
 figure = sol.picture()
 print(arm.critical_friction())
+print(
+    f"{len(sol.events)} events, penetration {sol.stats.worst_penetration:.0e} m, "
+    f"energy of a step to {sol.stats.ledger_error:.0e}"
+)

@@ -15,7 +15,6 @@ from nonsmooth.catalogue import SpragSlip
 
 rod = SpragSlip()
 sol = ns.simulate(rod, (0, 3), *rod.state(th=0.78, thdot=1.0), integrator=ns.MoreauJean(dt=1e-4))
-print(sol.summary())
 
 # %%
 # Modes, states, forces and energies over the time, and the phase plane with the number of solutions of
@@ -24,7 +23,10 @@ print(sol.summary())
 figure = sol.plot()
 
 # %%
-# The same run in the player: space starts it, *p* and *n* go from event to event.
+# The same run in the player (``nonsmooth run sprag-slip --view``): space starts it, *p* and *n* go from
+# event to event.
 
 page = Path("sprag_slip.html")
 sol.view(page)
+seized = sum(event.kind.name == "INCONSISTENT" for event in sol.paradoxes)
+print(f"{seized} seizures in {sol.stats.steps} steps; worst residual {sol.stats.worst_residual:.0e}")

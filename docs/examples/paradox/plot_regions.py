@@ -22,4 +22,7 @@ figure = ns.plot_map(chart, boundaries=curves)
 # One state of the map: its solutions by name, and what each of them does.
 
 rod = PainleveRod(mu=2.0)
-print(ns.classify(rod, 0.0, *rod.state(th=np.pi / 3, thdot=6.0, slip=-1.0), restitution=0.5))
+found = ns.classify(rod, 0.0, *rod.state(th=np.pi / 3, thdot=6.0, slip=-1.0), restitution=0.5)
+print(found)
+shares = {int(n): float((chart.n_solutions == n).mean()) for n in np.unique(chart.n_solutions)}
+print("share of the map:", ", ".join(f"{n} solutions {share:.3f}" for n, share in shares.items()))

@@ -25,3 +25,4 @@ figure = sol.picture(n=3)
 
 page = Path("tower.html")
 sol.view(page)
+print(f"worst residual {sol.stats.worst_residual:.0e}; {sol.stats.missed} of {sol.stats.steps} steps missed")
