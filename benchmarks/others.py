@@ -1,6 +1,6 @@
-"""``python -m benchmarks published FOLDER...``: problems of others, each by us and by all of Siconos's solvers.
+"""``python -m benchmarks others FOLDER...``: problems of others, each by us and by all of Siconos's solvers.
 
-    python -m benchmarks published tests/data > docs/benchmarks/published.md
+    python -m benchmarks others tests/data > docs/benchmarks/others.md
 
 Every answer is judged by one measure that nobody's own criterion enters: for friction the natural map with rho = 1,
 |P - proj_K(P - gamma_hat)| / |q|; for complementarity max |min(z, w)| / max |q|, and |w| where z is free. What is
@@ -29,7 +29,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.lcp.mixed import solve_mlcp
 from nonsmooth.lcp.solve import solve_lcp
 
-ADAPTER = Path(__file__).parent / "adapters" / "siconos_published.py"
+ADAPTER = Path(__file__).parent / "adapters" / "siconos_others.py"
 SOLVED = 1e-7  # the bound of the published comparisons
 PATIENCE = 30  # s that a process of Siconos may take
 LOOP, ROUNDS = 2e-3, 5  # as in the adapter
@@ -74,9 +74,9 @@ def main(words: list[str] | None = None) -> int:
     files = [file for word in words or [] for file in sorted(Path(word).glob("**/*.npz"))]
     problems = [(file, *load_problem(file)) for file in files if file.parent.name in SOLVERS]
     if not problems:
-        raise InvalidInput(f"published needs folders of problems with {', '.join(SOLVERS)} in them; got {words or []}")
+        raise InvalidInput(f"others needs folders of problems with {', '.join(SOLVERS)} in them; got {words or []}")
     print("# Problems of others, beside Siconos\n")
-    print("Made by `python -m benchmarks published FOLDER`: processor time of a call from Python that ends within an")
+    print("Made by `python -m benchmarks others FOLDER`: processor time of a call from Python that ends within an")
     print(f"error of {SOLVED:g}; where it does not, the error stands beside it. *Best* is the fastest of Siconos's")
     print("solvers that gets there, chosen for each problem after the fact. Ratios are ours over that.\n")
     for kind, title in NAMES.items():

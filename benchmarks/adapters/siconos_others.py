@@ -1,6 +1,6 @@
 """One solver of Siconos on one problem, run by the Python that has it (Debian: python3-siconos, python3-scipy).
 
-    python3 siconos_published.py problem.npz SOLVER STORAGE answer.npz
+    python3 siconos_others.py problem.npz SOLVER STORAGE answer.npz
 
 problem: M, q (lcp); with n, m too, the free rows first (mlcp); or data, indices, indptr, shape of W, with q, mu, dim
 (friction), W in dense or sparse STORAGE. Answer: z (impulses, for friction), and the least processor time of a call
