@@ -6,13 +6,13 @@ import inspect
 import textwrap
 from collections.abc import Iterable, Iterator
 
-from benchmarks.published import arms, belt, mechanisms, painleve, rods, scenes, sets, sprag_slip, textbooks
+from benchmarks.published import arms, belt, dominoes, mechanisms, painleve, rods, scenes, sets, sprag_slip, textbooks
 from benchmarks.published.rows import Found, Section, computed, program, shown, shown_as
 from nonsmooth.checks.arrays import as_name
 
 SECTIONS: tuple[Section, ...] = (
     *belt.SECTIONS, *arms.SECTIONS, *rods.SECTIONS, *sprag_slip.SECTIONS, *mechanisms.SECTIONS, *painleve.SECTIONS,
-    *textbooks.SECTIONS, *scenes.SECTIONS, *sets.SECTIONS,
+    *textbooks.SECTIONS, *scenes.SECTIONS, *dominoes.SECTIONS, *sets.SECTIONS,
 )  # fmt: skip
 COLUMNS = 100  # chosen: of a line of Markdown (tests/test_house.py)
 HEAD = ("quantity", "printed", "ours", "difference", "verdict", "program")
@@ -84,6 +84,8 @@ def table(section: Section, found: Iterable[Found]) -> Iterator[str]:
     """A section with its table."""
     yield f"## {section.title}\n"
     yield wrapped(f"Corrected table {section.table}. {section.source}" if section.table else section.source) + "\n"
+    if section.picture:
+        yield f"{section.picture}\n"
     if section.functions:
         code = "\n\n\n".join(inspect.getsource(function).rstrip() for function in section.functions)
         yield f"```py\n{code}\n```\n"

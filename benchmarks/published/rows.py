@@ -69,6 +69,8 @@ class Section:
         What the programs of the rows call.
     table : str
         Letter of the corrected table that holds the printed numbers; empty where others print them.
+    picture : str
+        Of the section, in Markdown.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Section:
     rows: tuple[Row, ...]
     functions: tuple[Callable[..., Any], ...] = ()
     table: str = ""
+    picture: str = ""
 
 
 class Found(NamedTuple):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.published import page
+from benchmarks.published import dominoes, page
 from benchmarks.published.rows import Row, Section, computed, program, shown, tolerance, value_of
 from nonsmooth.errors import UnknownName
 
@@ -82,6 +82,13 @@ def test_the_program_of_a_row_is_the_body_of_its_lambda_with_the_values_of_its_n
     first, second = (lambda n=3: n + 1), (lambda n="a", k=2: [n for _ in range(k)])
     assert (program(first), program(second)) == ("3 + 1", "['a' for _ in range(2)]")
     assert program(lambda: sorted([2, 1], key=lambda x: -x)[0]) == "sorted([2, 1], key=lambda x: -x)[0]"
+
+
+def test_measured_speeds_are_those_of_the_films():
+    for row, gap in zip(dominoes.SECTIONS[0].rows, dominoes.FILMS, strict=True):
+        assert str(gap) in row.what and dominoes.filmed(gap)[0] == pytest.approx(float(row.printed), abs=5e-4)
+    assert 2 * dominoes.filmed(9.38)[1] == pytest.approx(0.086, abs=5e-4)
+    assert 2 * dominoes.filmed(43.2562)[1] == pytest.approx(0.049, abs=1e-3)
 
 
 def test_a_section_that_is_not_there_is_refused_by_name():
