@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from nonsmooth.catalogue.entries import entries_by_class
 
+pytestmark = pytest.mark.upkeep
+
 pyplot = pytest.importorskip("matplotlib.pyplot")
 
 EXAMPLES = Path(__file__).parents[1] / "docs/examples"

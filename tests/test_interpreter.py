@@ -38,6 +38,8 @@ from nonsmooth.jit import Kernel, blocks, interpreted
 from nonsmooth.lcp.solve import SOLVERS as LCP_SOLVERS
 from tests.integrators.test_several_impacts_with_friction import feet
 
+pytestmark = pytest.mark.upkeep
+
 DATA = Path(__file__).parent / "data"
 
 

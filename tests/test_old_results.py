@@ -15,6 +15,8 @@ import nonsmooth as ns
 from nonsmooth.jit.content import identity
 from nonsmooth.jit.fingerprint import Unidentified
 
+pytestmark = pytest.mark.upkeep
+
 ONE, OTHER = 2.0, 3.0
 
 

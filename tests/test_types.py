@@ -14,6 +14,8 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.catalogue import SpragSlip
 
+pytestmark = pytest.mark.upkeep
+
 STUB = Path(ns.__file__).with_name("__init__.pyi")
 OF_CATALOGUE = (STUB.parent / "catalogue" / "__init__.pyi").read_text()
 NAMES_OF_OURS = re.findall(r"^from (models\.\S+) import (\w+) as (\w+)$", OF_CATALOGUE, re.M)

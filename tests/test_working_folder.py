@@ -7,6 +7,8 @@ import time
 
 import pytest
 
+pytestmark = pytest.mark.upkeep
+
 # Modules that such processes import first: of the package, of what it needs, and of the standard library.
 NAMES = (
     "nonsmooth models numpy numba llvmlite scipy json socket pickle copyreg tempfile hashlib ctypes subprocess "

@@ -17,6 +17,8 @@ from models import SpragSlip
 from nonsmooth.commands.watch import is_compiling
 from nonsmooth.studies.comparison import ComparisonTask
 
+pytestmark = pytest.mark.upkeep
+
 pytest.importorskip("xarray")
 
 PROMPT = 1.0  # s: half a second is promised, of a machine that nobody else works on

@@ -16,6 +16,8 @@ from nonsmooth.mechanics import shelf
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.numerics.complex_step import complexified, jacobian
 
+pytestmark = pytest.mark.upkeep
+
 
 class P(NamedTuple):
     c: float = 1.0

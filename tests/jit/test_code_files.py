@@ -17,6 +17,8 @@ import nonsmooth as ns
 from nonsmooth.jit import code_files
 from nonsmooth.jit.code_files import DAY, LONGEST_UNUSED, CodeFile, remove_old, usable
 
+pytestmark = pytest.mark.upkeep
+
 KEY, OTHER_KEY = "0123456789abcdef" * 4, "fedcba9876543210" * 4
 CODE = bytes(range(256)) * 20
 

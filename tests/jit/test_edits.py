@@ -29,6 +29,8 @@ import nonsmooth as ns
 from nonsmooth.jit import survey_of
 from nonsmooth.mechanics.system import FORCE
 
+pytestmark = pytest.mark.upkeep
+
 HEAD = """
 import math
 from enum import Enum, IntEnum

@@ -28,6 +28,8 @@ from nonsmooth.jit.internals import (
 )
 from nonsmooth.jit.surroundings import require_tested
 
+pytestmark = pytest.mark.upkeep
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path(ns.__file__).parent
 

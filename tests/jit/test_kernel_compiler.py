@@ -20,6 +20,8 @@ from nonsmooth.jit.kernel_compiler import (
 )
 from nonsmooth.jit.kernel_lowering import ARRAY_PARTS, KernelLower
 
+pytestmark = pytest.mark.upkeep
+
 
 @kernel
 def doubled(x):

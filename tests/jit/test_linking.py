@@ -15,6 +15,8 @@ from nonsmooth.jit.object_code import ObjectCode, object_code
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.system import FORCE
 
+pytestmark = pytest.mark.upkeep
+
 
 @kernel("float64(int64, float64, boolean, float64[::1])")
 def weighted(n, a, is_twice, x):

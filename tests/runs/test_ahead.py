@@ -19,7 +19,10 @@ from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.runs import ahead, run
 from nonsmooth.runs.simulate import simulate, simulate_at_once
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nothing is compiled elsewhere there")
+pytestmark = [
+    pytest.mark.upkeep,
+    pytest.mark.skipif(sys.platform == "win32", reason="nothing is compiled elsewhere there"),
+]
 
 
 class After:
@@ -295,7 +298,8 @@ def test_whatever_becomes_of_the_folder_a_run_goes_on(spoil, cold, tmp_path, cap
         assert each.is_over
 
 
-@pytest.mark.parametrize("how", ["once", "again and again", "replaced by a file"])
+@pytest.mark.parametrize("how", ["once", *(pytest.param(how, marks=pytest.mark.slow)
+                                           for how in ("again and again", "replaced by a file"))])  # fmt: skip
 def test_a_command_whose_cache_is_removed_ends_well(how, tmp_path):
     """What cannot be kept is compiled by the command itself; it waits for its code, since much is left of its run."""
     cache = tmp_path / "cache"

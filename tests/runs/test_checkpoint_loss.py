@@ -18,6 +18,8 @@ from models import BouncingBall
 from nonsmooth.results import checkpoint as store
 from nonsmooth.runs import streaming
 
+pytestmark = pytest.mark.upkeep
+
 BALL = (BouncingBall(e=0.8), (0, 1), *BouncingBall().state(height=0.1))
 STEP = dict(integrator=ns.MoreauJean(1e-3), every=3)
 

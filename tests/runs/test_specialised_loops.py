@@ -19,6 +19,8 @@ from nonsmooth.jit.specialised import Specialised
 from nonsmooth.runs import specialise
 from tests.systems import ball
 
+pytestmark = pytest.mark.upkeep
+
 OWN, GENERIC = (ns.MoreauJean(dt=1e-3, specialise=wish) for wish in (True, False))
 
 

@@ -17,6 +17,8 @@ import xarray as xr
 import nonsmooth as ns
 from models.belt_oscillator import BeltOscillator
 
+pytestmark = pytest.mark.upkeep
+
 distributed = pytest.importorskip("distributed")
 
 

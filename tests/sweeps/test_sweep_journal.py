@@ -20,6 +20,8 @@ from nonsmooth.sweeps.axes import as_plan
 from nonsmooth.sweeps.journal import Journal, block_lines, with_checksum
 from nonsmooth.sweeps.task import Batch
 
+pytestmark = pytest.mark.upkeep
+
 AXES = {"x": [1.0, 2.0, 3.0], "y": [10.0, 20.0]}
 
 

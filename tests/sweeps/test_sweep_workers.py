@@ -23,6 +23,8 @@ from nonsmooth.sweeps.batches import Driver, InThisProcess
 from nonsmooth.sweeps.pool import LocalPool, WorkerDied
 from nonsmooth.sweeps.task import FunctionTask
 
+pytestmark = pytest.mark.upkeep
+
 AXES = {"x": [1.0, 2.0, 3.0], "y": [10.0, 20.0, 30.0, 40.0]}
 EXPECTED = np.outer(AXES["x"], AXES["y"])
 

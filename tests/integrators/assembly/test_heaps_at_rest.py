@@ -48,6 +48,7 @@ def test_most_heaps_of_boxes_come_to_rest_and_sleep():
     assert resting >= 3
 
 
+@pytest.mark.slow
 def test_every_other_heap_of_400_boxes_sleeps_within_three_seconds():
     """Their last penetrations, of 1e-7 m, are taken back in 100 to 200 steps, each solved to rounding by factors. Of 24
     heaps 11 to 13 do; which ones a rounding decides."""
