@@ -5,7 +5,7 @@ Four laws of friction
 The same oscillator under four laws: each falls with the sliding speed, three have a limit of sticking,
 and the smoothed one never sticks. Their motions on a slow belt differ in what happens near rest.
 
-The player of one: ``nonsmooth run belt-oscillator --set law=stribeck --view``.
+The player: ``nonsmooth run belt-oscillator --view``.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,7 @@
 Sand in an hourglass
 ====================
 
-Discs run through a neck. How many have passed is nearly a straight line in time: the flow does not
-depend on what lies above it.
+Discs run through a neck. How many have passed is nearly a straight line in time, as it is of sand.
 
 The player: ``nonsmooth run hourglass --view``.
 """

@@ -3,7 +3,7 @@ A limit cycle of stick and slip, and its branch
 ===============================================
 
 A mass on a belt, held by a spring. The cycle closes to rounding; its multiplier is 0, because the
-stick forgets where the motion came from. Followed over the speed of the belt it ends in a fold.
+stick forgets where the motion came from. Followed over the speed of the belt it loses its stick.
 
 The player: ``nonsmooth run belt-oscillator --view``.
 """
