@@ -74,7 +74,7 @@ def page(found: dict[str, list[Found]]) -> Iterator[str]:
         for row in section.rows:
             if row.errs:
                 link = f"[{section.title}](#{anchor(section.title)})"
-                yield cells(row.what, link, shown(row.printed), shown(row.corrected), row.errs) + " |"
+                yield cells(row.what, link, shown(row.printed), shown(row.corrected, ""), row.errs) + " |"
     yield ""
     for section in SECTIONS:
         yield from table(section, found[section.name])

@@ -108,7 +108,7 @@ class Found(NamedTuple):
         if not self.is_as_said:
             return "**DIFFERS**"
         if self.row.errs:
-            return f"the source errs: {shown(self.row.corrected)} is right"
+            return f"the source errs: {shown(self.row.corrected, of='')} is right"
         if self.row.within is not None:
             return f"agrees within {self.row.within:g}: {self.row.why}"
         return "agrees to the printed digits"
@@ -139,9 +139,9 @@ def last_place(printed: str) -> int:
     return int(exponent or 0) - len(digits.partition(".")[2])
 
 
-def shown(printed: Printed) -> str:
+def shown(printed: Printed, of: str = " (formula)") -> str:
     """As it stands on the page."""
-    return printed if isinstance(printed, str) else f"{printed():.9g} (formula)"
+    return printed if isinstance(printed, str) else f"{printed():.9g}{of}"
 
 
 def shown_as(ours: float, printed: Printed) -> str:

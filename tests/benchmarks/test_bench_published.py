@@ -3,9 +3,10 @@
 import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from benchmarks.published import dominoes, page
+from benchmarks.published import dominoes, mechanisms, page, scenes
 from benchmarks.published.rows import Row, Section, computed, program, shown, tolerance, value_of
 from nonsmooth.errors import UnknownName
 
@@ -89,6 +90,12 @@ def test_measured_speeds_are_those_of_the_films():
         assert str(gap) in row.what and dominoes.filmed(gap)[0] == pytest.approx(float(row.printed), abs=5e-4)
     assert 2 * dominoes.filmed(9.38)[1] == pytest.approx(0.086, abs=5e-4)
     assert 2 * dominoes.filmed(43.2562)[1] == pytest.approx(0.049, abs=1e-3)
+
+
+def test_the_corrections_come_by_scipy_alone():
+    assert scenes.polygon_by_arcs() == pytest.approx(0.246609, abs=5e-7)
+    for ours, theirs in zip(mechanisms.after(0.03), mechanisms.by_scipy(0.03), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)  # rates of 1000 rad/s to 1e-9
 
 
 def test_a_section_that_is_not_there_is_refused_by_name():
