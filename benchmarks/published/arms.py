@@ -108,7 +108,7 @@ SECTIONS = (
     Section(
         "coupling",
         "Coupled modes: a mass on a conveyor with an oblique spring",
-        "M = 1 kg, k = kx = 100, kz = 200 N/m, vb = 10 m/s, damping 1.33 and 1 N s/m, R = 1000 N "
+        "Mass m = 1 kg, k = kx = 100, kz = 200 N/m, vb = 10 m/s, damping 1.33 and 1 N s/m, R = 1000 N "
         "(not printed). The chapter also prints the load vector with the wrong components (0, -R is right), and the "
         "condition of slip with an absolute value.",
         (

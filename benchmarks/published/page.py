@@ -23,11 +23,11 @@ out as its verdict says, and `tests/benchmarks/test_bench_published.py` runs the
 
 *Printed* is typed as the source prints it; *ours* is computed by the program of the last column each time this page
 is made, never stored. A row agrees if it is within half a unit of the last printed digit, unless the verdict names
-another error with its reason. Where the source errs, the verdict says what is right, by a route of its own, and why.
+another error with its reason. Where the source errs, ours has to meet what is right by a route of its own.
 
 The programs use the public names of `nonsmooth` and the models of its catalogue, and the functions above their
-table, which stand in `benchmarks/published`: `from benchmarks.published.belt import *` and what the last column says
-remakes a row of the first section.
+table, which stand in `benchmarks/published`: in a checkout, `from benchmarks.published.belt import *` and what the
+last column says remake a row of the first section.
 
 *Corrected table* names a set of numbers whose equations are printed in a textbook chapter on friction-induced
 instability with slips of the pen. They were derived again from the balance laws, and the numbers computed without

@@ -132,7 +132,7 @@ SECTIONS = (
     Section(
         "rod",
         "Painlevé's rod",
-        "M = 1 kg, l = 1 m, I = 1/12 kg m^2, g = 9.81 m/s^2; gamma_N' = p la_N + b. The least "
+        "Mass m = 1 kg, l = 1 m, I = 1/12 kg m^2, g = 9.81 m/s^2; gamma_N' = p la_N + b. The least "
         "critical friction of 4/3 is that of Génot and Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.",
         (
             Row("least critical friction", "4/3",
@@ -212,9 +212,9 @@ SECTIONS = (
         table="D",
     ),
     Section(
-        "impact",
+        "impact-without-collision",
         "Impacts without collision",
-        "Mu = 2, 60 degrees, no rotation, slip -1 m/s: no contact force exists, so the tip strikes "
+        "With mu = 2, 60 degrees, no rotation, slip -1 m/s: no contact force exists, so the tip strikes "
         "the ground on which it slides. Contact by a spring k [N/m] and a damper 2 zeta sqrt(k m) tends to these "
         "impacts; below, mu = 1.8, l = 2 m, I = 1/3 kg m^2.",
         (

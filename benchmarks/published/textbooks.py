@@ -158,7 +158,7 @@ SECTIONS = (
         (last_bounce, dropped, locally_best, reaching, on_a_spring, energy_kept),
     ),
     Section(
-        "impacts",
+        "several-impacts",
         "Impacts of several contacts",
         "Housner, *Bull. Seismol. Soc. Am.* 53 (1963) 403: a rocking block keeps 1 - (3/2) sin^2 alpha of its rate. "
         "Moreau's impact of a cradle whose balls touch, e = 1. Leine, *An Introduction to Nonsmooth Dynamics*, program "

@@ -89,6 +89,7 @@ def test_measured_speeds_are_those_of_the_films():
     for row, gap in zip(dominoes.SECTIONS[0].rows, dominoes.FILMS, strict=True):
         assert str(gap) in row.what and dominoes.filmed(gap)[0] == pytest.approx(float(row.printed), abs=5e-4)
     assert 2 * dominoes.filmed(9.38)[1] == pytest.approx(0.086, abs=5e-4)
+    assert dominoes.filmed(9.38, dominoes.ON_FELT)[0] == pytest.approx(1.33, abs=5e-3)
     assert 2 * dominoes.filmed(43.2562)[1] == pytest.approx(0.049, abs=1e-3)
 
 
