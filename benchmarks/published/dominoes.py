@@ -26,7 +26,7 @@ FIRST, LAST = 18, 36  # chosen: tiles between which the wave is steady, and has 
 
 
 def filmed(gap, films=None):
-    """Mean speed of the wave over the films [m/s], and its standard deviation from film to film."""
+    """Mean speed of the wave over the films [m/s], and its standard deviation from one to another."""
     pitch = 1e-3 * gap + THICKNESS
     speeds = [pitch * tiles * rate / (last - first) for rate, first, last, tiles in films or FILMS[gap]]
     return np.mean(speeds), np.std(speeds, ddof=1) if len(speeds) > 1 else np.nan
@@ -45,13 +45,14 @@ SECTIONS = (
     Section(
         "dominoes",
         "Waves of dominoes, measured",
-        "Films of rows on a hard floor, read tile by tile, of which the repository 3b1b/manim keeps the numbers of the "
-        "frames (old_projects/dominos, data02 to data19); from the 20th tile on, of the gap of 43 mm all that were in "
-        "sight. Tiles are 7.54 mm thick; their height of 48 mm is that of the common ones, and is not in the data. The "
-        "errors are two standard deviations from film to film, of single films those of the gap of 9.38 mm. The "
-        "friction of tiles on one another, 0.066, is fitted to one film, and the others are predicted; tiles do not "
-        "slip on the floor. Without friction all would be faster (dashed). On felt four films of the gap of 9.38 mm "
-        "have 1.33 m/s, 5 % more than on the hard floor, which rigid ground does not explain.",
+        "Films of rows on a hard floor, read tile by tile, of which the repository 3b1b/manim keeps the numbers "
+        "of the frames (old_projects/dominos, data02 to data19): from the 20th tile on, and of the gap of 43 mm "
+        "the four stretches of two films that were in sight. Tiles are 7.54 mm thick; their height of 48 mm is "
+        "that of the common ones, and is not in the data. The errors are two standard deviations from film to "
+        "film, or stretch to stretch; of single films those of the gap of 9.38 mm. The friction of tiles on one "
+        "another, 0.066, is fitted to one film, and the others are predicted; tiles do not slip on the floor. "
+        "Without friction all would be faster (dashed). On felt four films of the gap of 9.38 mm have 1.33 m/s, 5 "
+        "% more than on the hard floor, which rigid ground does not explain.",
         tuple(
             Row(f"speed of the wave, gap {gap} mm [m/s]", printed, lambda gap=gap: wave_speed(gap), within=within,
                 why=why, is_slow=True)
