@@ -41,7 +41,7 @@ from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import PER_RECORD, Solution
-from nonsmooth.results.stats import SceneStats, Stats
+from nonsmooth.results.stats import Stats, stats_of_scene
 from nonsmooth.results.table import EVENT, SYSTEM, columns_along, row_type, scene_arrays, scene_rows
 
 if TYPE_CHECKING:
@@ -84,9 +84,9 @@ def layout_of(shape: Shape) -> Layout:
     return Layout(KIND, shape, {"records": np.dtype(row_type(columns, sizes).descr + works)} | events)
 
 
-def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int) -> Layout:
-    """That of a run of a scene with so many bodies and joints."""
-    return Layout(SCENE_KIND, [n_b, dim, list(kinds), n_j], scene_rows(n_b, dim, kinds, n_j))
+def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int, works: tuple[str, ...]) -> Layout:
+    """That of a run of a scene with so many bodies and joints, and such works in its ledger."""
+    return Layout(SCENE_KIND, [n_b, dim, list(kinds), n_j, list(works)], scene_rows(n_b, dim, kinds, n_j, works))
 
 
 class Checkpoint:
@@ -295,8 +295,8 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
     status, message = end_of(about)
     columns = scene_arrays(rows) | {name: kept[name] for name in ("centres", "paradox_rows")}
     return SceneSolution(
-        columns, stats=SceneStats(**about["stats"]), status=status, message=message, scene=scene, about=about["about"],
-        **about["said"],
+        columns, stats=stats_of_scene(about["stats"]), status=status, message=message, scene=scene,
+        about=about["about"], **about["said"],
     )  # fmt: skip
 
 

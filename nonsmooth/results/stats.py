@@ -270,3 +270,9 @@ class SceneStats:
     worst_contact: int = -1
     worst_pair: str = ""
     worst_time: float = 0.0
+
+
+def stats_of_scene(named: dict[str, Any]) -> SceneStats:
+    """What a file has of a run of a scene."""
+    springs = named["springs"]
+    return SceneStats(**named | {"springs": None if springs is None else SpringStats(*springs)})

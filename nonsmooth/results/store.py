@@ -32,7 +32,7 @@ from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import PER_RECORD, Solution
-from nonsmooth.results.stats import SceneStats, SpringStats, Stats
+from nonsmooth.results.stats import Stats, stats_of_scene
 from nonsmooth.results.table import SCENE, SYSTEM, Table, numbered, rules_of, under
 from nonsmooth.views import view
 
@@ -226,9 +226,8 @@ def _table_of_scene(forms: Mapping[str, Form]) -> Table:
 
 
 def _scene_solution(about: dict[str, Any], columns: dict[str, np.ndarray]) -> SceneSolution:
-    stats, springs = about["stats"], about["stats"]["springs"]
     solution = SceneSolution(
-        columns, stats=SceneStats(**stats | {"springs": None if springs is None else SpringStats(*springs)}),
+        columns, stats=stats_of_scene(about["stats"]),
         status=Status(about["status"]), message=about["message"], names=about["names"], scene=None,
         about=about["about"], joint_names=about["joint_names"],
     )  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 from nonsmooth import __version__
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.world import World
+from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import Kernel, identity
 from nonsmooth.jit.content import CURE
@@ -61,7 +62,7 @@ def facts_of_run(
 
 
 def facts_of_scene_run(
-    world: World, kernels: Sequence[Kernel], integrator: MoreauJean, t_span: tuple[float, float], every: int,
+    world: World, kernels: Sequence[Kernel], integrator: Integrator, t_span: tuple[float, float], every: int,
     t_eval: Any, kinds: tuple[str, ...], project: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """The facts of a run of a scene; what has many numbers, the scene itself among it, is told by its hash."""
@@ -72,7 +73,7 @@ def facts_of_scene_run(
         "version": __version__,
         "scene": repr(world.scene),
         "integrator": repr(integrator),
-        "contacts": repr(integrator.contacts),
+        **({"contacts": repr(integrator.contacts)} if isinstance(integrator, MoreauJean) else {}),
         "options of the integrator": HASHED + _hash(_content(integrator)),
         "code of": {
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),

@@ -68,7 +68,7 @@ class SceneRun:
     works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
     is_counted = True  # whether its records are those of the table
     has_islands = True  # whether contact problems are solved, island by island
-    is_resumed = True  # whether a checkpoint can be kept of it
+    ends = ENDS  # the status of each way in which steps come back but one
     what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
 
     def __init__(
@@ -267,7 +267,7 @@ class SceneRun:
         if end == NO_FRICTION:
             self._end_without_friction()
         elif end != DONE:
-            self.status = ENDS[end]
+            self.status = self.ends[end]
         else:
             for watch in self.watches:
                 watch.look(self, t, self.now)

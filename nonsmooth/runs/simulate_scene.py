@@ -30,7 +30,7 @@ def simulate_scene(
     kinds = kinds_of_scene(record)
     recorder = SceneRecorder(kinds)
     if checkpoint is not None or resume is not None:
-        require_resumable(kind, integrator, kinds, functions)
+        require_resumable(kinds, functions)
         facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
     if threads > 1 and not kind.has_islands:
@@ -50,15 +50,8 @@ def simulate_scene(
     return solution
 
 
-def require_resumable(
-    kind: type[SceneRun], integrator: Integrator, kinds: tuple[str, ...], functions: Sequence[Callable]
-) -> None:
-    """Raise `InvalidInput` where a run keeps no checkpoint, or one is asked for events beside it."""
-    if not kind.is_resumed:
-        raise InvalidInput(
-            f"a run of a scene by {type(integrator).__name__} keeps no checkpoint; leave out checkpoint= and "
-            "resume=, or take MoreauJean(dt, compliance=...)"
-        )
+def require_resumable(kinds: tuple[str, ...], functions: Sequence[Callable]) -> None:
+    """Raise `InvalidInput` where a run with a checkpoint is asked for events."""
     if functions:
         raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
     if EVENTS in kinds:

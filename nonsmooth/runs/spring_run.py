@@ -9,22 +9,19 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.assembly.progress import DONE, LOST
+from nonsmooth.integrators.assembly.progress import LOST
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
-from nonsmooth.jit import running_time
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.events import no_rows
 from nonsmooth.results.ledger import DAMPING, ELASTIC, OF_ALL
 from nonsmooth.results.recorded import EVENTS, PAIRS
 from nonsmooth.results.stats import SceneStats, SpringStats
 from nonsmooth.runs.recorder import SceneRecorder
-from nonsmooth.runs.run import next_block
 from nonsmooth.runs.scene_run import SOFT, SceneRun, require_no_joints
 from nonsmooth.runs.times import listed, record_times
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.signals.interruption import interrupts_held_back
 
 SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
 
@@ -50,7 +47,7 @@ class SpringRun(SceneRun):
     works: tuple[str, ...] = (*OF_ALL, ELASTIC, DAMPING)
     what_is_deep = SOFT
     has_islands = False
-    is_resumed = False
+    ends = SPRING_ENDS
     assembly: SceneSprings
 
     def __init__(
@@ -87,10 +84,11 @@ class SpringRun(SceneRun):
 
     def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
         """From time to time of the records, or so many steps at a time to the end; no step is given."""
-        times = self.table.part(0, self.table.count).tolist()
-        for self.target in times[1:]:
-            while self.now < self.target:
-                yield self.now, 0.0, self.every or sys.maxsize, self.target
+        last = self.table.count - 1
+        while self.interval < last if self.is_counted else self.now < self.table.span[1] or not self.is_at_record:
+            k = self.interval + 1 if self.is_counted else last
+            self.assembly.progress.target = target = float(self.table.part(k, k + 1)[0])
+            yield self.now, 0.0, self.every or sys.maxsize, target
 
     def left(self, count: int, t_next: float) -> int:
         """Steps to the next record, at most; none at its time."""
@@ -99,21 +97,6 @@ class SpringRun(SceneRun):
     def go_on_from(self, interval: int, steps_before: int, has_record: int) -> None:
         """Count from here."""
         self.interval, self.steps_before, self.has_record = interval, steps_before, bool(has_record)
-
-    def _take_steps(self, most: int) -> None:
-        """Some steps, as many as end before the next look at the clock."""
-        before, began, t = self.steps, running_time(), self.now
-        for watch in self.watches:
-            most = watch.steps_at_once(self, most)
-        with interrupts_held_back():  # a step is whole, or it is not begun
-            end = self.assembly.go_to(self.target, min(most, self._block))
-        if end != DONE:
-            self.status = SPRING_ENDS[end]
-            self.assembly.network.n_c = 0  # those of a step that was tried in vain
-        else:
-            for watch in self.watches:
-                watch.look(self, t, self.now)
-        self._block = next_block(self.steps - before, running_time() - began)
 
     @property
     def now(self) -> float:

@@ -249,7 +249,7 @@ class StreamingSceneRecorder(Stream, SceneRecorder):
         """Take the state that was kept, or keep that of the start."""
         self.window = Window(run, self.kinds)
         said = {"names": run.names, "joint_names": [joint.name for joint in run.scene.joints]}
-        layout = scene_layout(len(run.scene.bodies), run.scene.dim, self.kinds, len(run.scene.joints))
+        layout = scene_layout(len(run.scene.bodies), run.scene.dim, self.kinds, len(run.scene.joints), run.works)
         self.open(run, self.facts(run), layout, said)
 
     def memory(self, run: SceneRun) -> Arrays:

@@ -15,10 +15,14 @@ from nonsmooth.commands.cli import main
 from nonsmooth.results import checkpoint as store
 from nonsmooth.runs import recorder
 
-pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of small heaps
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning"),  # of small heaps
+    pytest.mark.filterwarnings("ignore::nonsmooth.PenetrationWarning"),  # of springs, which are soft to be fast
+]
 
 DT = 2e-3
 STEP = dict(integrator=ns.MoreauJean(dt=DT), every=3)
+SPRINGS = dict(integrator=ns.Penalty(1e6, damping_ratio=0.3), every=5)
 OF_TIME = ("wall_time", "compile_time", "asleep")  # a step is left out within a block of steps, whose length is of time
 
 
@@ -49,6 +53,16 @@ def chain_in_a_heap():
         scene.body(ns.Box(0.16, 0.04), mass=0.5, position=(0.3 + 0.2 * k, 0.5), name=f"link {k}")
     for k in range(3):
         scene.joint(f"link {k}", f"link {k + 1}", at=(0.4 + 0.2 * k, 0.5))
+    return scene
+
+
+def octagons_that_fall_on_one_another():
+    """Eight points each, when they have landed: more contacts than a scene of so many bodies has room for at first."""
+    corners = [(0.1 * np.cos(a), 0.1 * np.sin(a), z) for z in (-0.05, 0.05) for a in np.arange(8) * np.pi / 4]
+    scene = ns.Scene(gravity=(0, 0, -9.81), material=ns.Material(mu=0.5))
+    scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
+    for k in range(4):
+        scene.body(ns.Polyhedron(corners), density=1000, position=(0, 0, 0.05 + 0.101 * k), name=f"octagon {k}")
     return scene
 
 
@@ -95,6 +109,46 @@ def test_a_scene_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_pat
     assert bits(ns.simulate(SCENES[name](), (0, 0.4), **all_kinds, resume=path)) == bits(whole)  # it is read, not run
 
 
+RUNS_OF_SPRINGS = {
+    "heap": (falling, (0, 0.3), SPRINGS),
+    "spatial heap": (lambda: falling(3, n=4), (0, 0.15), SPRINGS),
+    "record times": (falling, (0, 0.3), SPRINGS | {"every": 1, "t_eval": np.linspace(0.02, 0.3, 9)}),
+    "a time alone": (falling, (0, 0.1), SPRINGS | {"every": 1, "t_eval": [0.1]}),
+    "every step": (lambda: falling(n=2), (0, 0.15), SPRINGS | {"every": 1}),
+    "more room": (octagons_that_fall_on_one_another, (0, 0.03), SPRINGS),
+    "regularised": (
+        falling, (0, 0.2), {"integrator": ns.Penalty(1e6, damping=50.0, friction=ns.Regularised(1e-3)), "every": 5}
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RUNS_OF_SPRINGS)
+def test_a_scene_on_springs_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name):
+    """Elongations, the rates at the state and the length that the next step is tried with are kept too."""
+    scene, span, options = RUNS_OF_SPRINGS[name]
+    whole = ns.simulate(scene(), span, **options)
+    few, stops, path = whole.stats.steps // 7 + 1, 0, tmp_path / "run.nsc"
+    again = options | dict(checkpoint=path, resume=path, on_failure="return")
+    while not (cut := ns.simulate(scene(), span, **again, max_steps=few * (stops + 1))).success:
+        stops += 1
+        assert cut.status == ns.Status.BUDGET_SPENT and cut.stats.steps == few * stops
+        found = bits(cut)  # of files that the next run writes to
+        at_once = ns.simulate(scene(), span, **again, max_steps=few * stops)
+        assert bits(at_once) == found  # a run that goes on and takes no step ends with the same contacts
+    assert name != "more room" or whole.stats.most_contacts > 2 * 5 + 16  # what five shapes have room for at first
+    assert stops == 6 and bits(cut) == bits(whole) and cut.stats.springs.rejected > 0
+    assert {"elastic", "damping"} < cut.ledger.keys()
+    assert bits(ns.simulate(scene(), span, **options, resume=path)) == bits(whole)  # it is read, not run
+    assert bits(ns.SceneSolution.load(path)) == bits(whole)
+
+
+def test_a_run_on_springs_whose_steps_vanish_fails_again_where_it_failed(small, tmp_path):
+    options = SPRINGS | {"checkpoint": tmp_path / "run.nsc", "resume": tmp_path / "run.nsc", "on_failure": "return"}
+    integrator = ns.Penalty(1e6, damping_ratio=0.3, rtol=1e-13, atol=1e-300)
+    first, second = (ns.simulate(falling(n=2), (0, 0.1), **options | {"integrator": integrator}) for _ in range(2))
+    assert first.status == second.status == ns.Status.STEP_VANISHED and bits(first) == bits(second)
+
+
 @pytest.mark.parametrize("record", [("bodies",), "contacts", ("ledger", "bodies"), "pairs", ()])
 def test_what_is_not_recorded_is_refused_by_name_and_changes_no_bit_of_the_rest(small, tmp_path, record):
     whole = bits(ns.simulate(falling(), (0, 0.2), **STEP, record=("bodies", "contacts", "ledger", "pairs")))
@@ -121,7 +175,8 @@ from nonsmooth.results import growing_array
 from nonsmooth.runs import recorder
 recorder.SCENE_WINDOW = 64
 os.fsync = lambda file: None
-whole = ns.simulate(cases.falling(), (0, 0.4), **cases.STEP)
+options = getattr(cases, sys.argv[3])
+whole = ns.simulate(cases.falling(), (0, 0.4), **options)
 
 
 def child(path, place):  # killed at its so-many-th act on the files; a write of several bytes is torn
@@ -139,7 +194,7 @@ def child(path, place):  # killed at its so-many-th act on the files; a write of
 
     growing_array.GrowingArray._put = torn
     os.replace = lambda *pair: (count(), replace(*pair), count())
-    ns.simulate(cases.falling(), (0, 0.4), **cases.STEP, checkpoint=path, resume=path, checkpoint_every=0)
+    ns.simulate(cases.falling(), (0, 0.4), **options, checkpoint=path, resume=path, checkpoint_every=0)
 
 
 rng, killed = random.Random(5), 0
@@ -160,19 +215,20 @@ for trial in range(10):
             m = found.all_contacts.offsets[-1]
             assert found.all_contacts.P.tobytes() == whole.all_contacts.P[:m].tobytes()
             assert not (is_killed and found.success and n < len(whole.t))
-    resumed = ns.simulate(cases.falling(), (0, 0.4), **cases.STEP, checkpoint=path, resume=path)
+    resumed = ns.simulate(cases.falling(), (0, 0.4), **options, checkpoint=path, resume=path)
     assert resumed.success and cases.bits(resumed) == cases.bits(whole), trial
 print(killed)
 """
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs kill -9 and fork")
-def test_kill_9_at_any_act_on_the_files_leaves_a_checkpoint_that_goes_on_to_the_same_bits(tmp_path):
+@pytest.mark.parametrize("options", ["STEP", "SPRINGS"])
+def test_kill_9_at_any_act_on_the_files_leaves_a_checkpoint_that_goes_on_to_the_same_bits(tmp_path, options):
     script = tmp_path / "script.py"
     script.write_text(HARNESS)
     ended = subprocess.run(
-        [sys.executable, str(script), str(tmp_path), os.path.dirname(__file__)], capture_output=True, text=True,
-        timeout=300, env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        [sys.executable, str(script), str(tmp_path), os.path.dirname(__file__), options], capture_output=True,
+        text=True, timeout=300, env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
     assert int(ended.stdout.split()[-1]) > 10
@@ -215,6 +271,7 @@ OTHERS = {
     "softness": (
         falling, {"integrator": ns.MoreauJean(DT, theta=1.0, compliance=ns.Compliance(1e7))}, "its integrator is .*None"
     ),
+    "springs": (falling, SPRINGS, "its integrator is MoreauJean.*here it is Penalty"),
 }  # fmt: skip
 
 
@@ -224,6 +281,13 @@ def test_the_checkpoint_of_another_scene_or_integrator_is_refused(small, tmp_pat
     ns.simulate(falling(), (0, 0.1), **STEP, checkpoint=tmp_path / "run.nsc")
     with pytest.raises(ns.InvalidInput, match=f"is of another run: {message}"):
         ns.simulate(scene(), (0, 0.1), **STEP | options, resume=tmp_path / "run.nsc")
+
+
+def test_the_checkpoint_of_other_springs_is_refused(small, tmp_path):
+    ns.simulate(falling(), (0, 0.05), **SPRINGS, checkpoint=tmp_path / "run.nsc")
+    for other in (ns.Penalty(2e6, damping_ratio=0.3), ns.Penalty(1e6, damping_ratio=0.3, rtol=1e-7)):
+        with pytest.raises(ns.InvalidInput, match="is of another run: its integrator is Penalty.*here it is Penalty"):
+            ns.simulate(falling(), (0, 0.05), **SPRINGS | {"integrator": other}, resume=tmp_path / "run.nsc")
 
 
 def test_checkpoints_of_scenes_and_of_systems_are_told_apart(small, tmp_path):

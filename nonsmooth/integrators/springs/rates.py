@@ -61,7 +61,7 @@ def find(places, d):
 def write_rates(places, s, h, d):
     """The rates of stage s at the present state; the number of contacts, or why there is none (detection's code)."""
     bodies, network, found = view(places.bodies, Bodies), view(places.network, Network), view(places.found, Found)
-    law, springs, stages = view(places.law, Law), view(places.springs, Springs), view(places.stages, Stages)
+    law, springs, stages = view(places.law, Law), view(places.springs, Springs), view(places.rates, Stages)
     n = 3 * (d - 1)
     n_c = find(places, d)
     if n_c < 0 or n_c > found.gap.shape[0]:

@@ -13,7 +13,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
-from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_PAIRS
+from nonsmooth.integrators.assembly.progress import DONE, MORE_CONTACTS, MORE_PAIRS
 from nonsmooth.integrators.assembly.sleep import ContactRows, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
 from nonsmooth.integrators.assembly.step import ROOM, contacts_of, write_masses
@@ -24,7 +24,7 @@ from nonsmooth.integrators.springs.law import Law, Springs
 from nonsmooth.integrators.springs.rates import Books, Stages
 from nonsmooth.integrators.springs.steps import Course, Scales, take_spring_steps_planar, take_spring_steps_spatial
 from nonsmooth.integrators.springs.table import STAGES
-from nonsmooth.jit.blocks import new
+from nonsmooth.jit.blocks import Block, new
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
@@ -45,10 +45,12 @@ SPRING_PLACES = (
     "network",
     "law",
     "springs",
-    "stages",
+    "rates",
     "books",
     "scales",
 )
+# defined: blocks that a step takes something from that the step before left
+CARRIED = "bodies", "found", "network", "springs", "rates", "books", "progress"
 
 
 class SceneSprings:
@@ -74,23 +76,23 @@ class SceneSprings:
         self.bodies, self.shapes, self.surfaces, self.tol = bodies, shapes, surfaces, options.rtol
         self.dim, n_b, n_s = len(bodies.gravity), len(bodies.mass), len(shapes.body)
         sizes = {"n_b": n_b, "n": 3 * (self.dim - 1), "n_x": 4 * self.dim - 5}
-        self.law, self.stages, self.books = law_of(options), new(Stages, **sizes), new(Books)
+        self.law, self.rates, self.books = law_of(options), new(Stages, **sizes), new(Books)
         self.smallest = half_thickness(shapes)
         self.scales = scales_of(bodies, shapes, options, self.smallest)
         self.omega = float(self.scales.omega.max(initial=0.0))
         require_resolved(options, self.omega, float(np.abs(bodies.motion.x[:, : self.dim]).max(initial=0.0)))
         if self.dim == 2:
-            self.kernels = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, ())
+            self.stages = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, ())
         else:
             others = turn_inertia, *contacts_of(shapes, self.dim)
-            self.kernels = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
-        self.kernels.load()
+            self.stages = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
+        self.stages.load()
         self.progress: Course = new(Course)
         self.progress.t = self.progress.target = t_0
         self.progress.h = FIRST * self.scales.longest
         if not math.isfinite(self.scales.longest):  # nothing that moves
             self.scales.longest = self.progress.h = max(t_1 - t_0, 1.0)
-        self.scratch = self.kernels.scratch(shapes, 4 * n_s + 64)
+        self._make_scratch(4 * n_s + 64)
         self.springs: Springs = new(Springs, m=0, d=self.dim, stages=STAGES)
         self._make_room(2 * n_s + 16)
 
@@ -104,18 +106,20 @@ class SceneSprings:
         """Who has the forces of the contacts, as P."""
         return self.network
 
-    def go_to(self, target: float, most: int) -> int:
-        """Take so many steps, at most to a time [s]; returns DONE, LOST or VANISHED."""
-        self.progress.target = target
+    def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
+        """Take so many steps, as long as their error allows, to ``progress.target`` at most; returns DONE, LOST or
+        VANISHED."""
         first = int(self.progress.counts.steps)
         while True:
-            end = int(self.kernels.take(self.progress.address, most - (int(self.progress.counts.steps) - first)))
+            end = int(self.stages.take(self.progress.address, most - (int(self.progress.counts.steps) - first)))
             if end == MORE_CONTACTS:
                 self._make_room(int(ROOM * max(int(self.progress.wanted), len(self.found.gap))))
             elif end == MORE_PAIRS:
-                self.scratch = self.kernels.scratch(self.shapes, int(ROOM * int(self.progress.wanted)))
+                self._make_scratch(int(ROOM * int(self.progress.wanted)))
                 self._write_places()
             else:
+                if end != DONE:
+                    self.network.n_c = 0  # contacts of a step that was tried in vain
                 return end
 
     def contact_rows(self) -> ContactRows:
@@ -129,16 +133,40 @@ class SceneSprings:
         """The contacts at the present places, to ``found``; returns their number, or NOT_FINITE."""
         places = self.progress.places
         while True:
-            n = int(self.kernels.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
+            n = int(self.stages.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
             if 0 <= n <= len(self.found.gap):
                 return n
             if n > 0:
                 self._make_room(int(ROOM * n))
             elif n > NOT_FINITE:
-                self.scratch = self.kernels.scratch(self.shapes, int(ROOM * -n))
+                self._make_scratch(int(ROOM * -n))
                 self._write_places()
             else:
                 return NOT_FINITE
+
+    @property
+    def carried(self) -> dict[str, Block]:
+        """All that the next step depends on."""
+        return {name: getattr(self, name) for name in CARRIED}
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Of the blocks: contacts and pairs of shapes that there is room for."""
+        return np.array([len(self.found.gap), self.room])
+
+    def restore(self, sizes: np.ndarray) -> None:
+        """Blocks of such sizes, into which what was carried may be copied; ``go_on`` afterwards."""
+        m, room = map(int, sizes)
+        self._make_scratch(room)
+        self._make_room(m)
+
+    def go_on(self) -> None:
+        """Let the steps find the blocks of this process."""
+        self._write_places()
+
+    def _make_scratch(self, room: int) -> None:
+        """Room for so many pairs of shapes; a step that had too little left springs behind, so it is carried too."""
+        self.room, self.scratch = room, self.stages.scratch(self.shapes, room)
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the springs are carried over, and rates are computed anew."""

@@ -58,7 +58,7 @@ class SpringPlaces(Block):
     network: int
     law: int
     springs: int
-    stages: int
+    rates: int
     books: int
     scales: int
 
@@ -162,7 +162,7 @@ def next_step(course, scales, bodies, d):
 def try_step(course, h, d):
     """The stages of a step; the number of contacts at its end, or the code of detection that ended it."""
     places = course.places
-    bodies, stages, springs = view(places.bodies, Bodies), view(places.stages, Stages), view(places.springs, Springs)
+    bodies, stages, springs = view(places.bodies, Bodies), view(places.rates, Stages), view(places.springs, Springs)
     motion = bodies.motion
     for b in range(bodies.mass.shape[0]):
         for k in range(motion.x.shape[1]):
@@ -223,7 +223,7 @@ def speed_of(v, b, reach, d):
 @kernel
 def error_of(places, h, d):
     """The estimated error of a step, in its tolerances."""
-    bodies, stages, scales = view(places.bodies, Bodies), view(places.stages, Stages), view(places.scales, Scales)
+    bodies, stages, scales = view(places.bodies, Bodies), view(places.rates, Stages), view(places.scales, Scales)
     worst, energy = 0.0, 0.0
     for b in range(bodies.mass.shape[0]):
         if bodies.motion.moves[b] == 1:
@@ -284,7 +284,7 @@ def accept(course, h, d):
     """The end of the step becomes the beginning of the next one."""
     places = course.places
     network, found, law = view(places.network, Network), view(places.found, Found), view(places.law, Law)
-    stages, springs, books = view(places.stages, Stages), view(places.springs, Springs), view(places.books, Books)
+    stages, springs, books = view(places.rates, Stages), view(places.springs, Springs), view(places.books, Books)
     for column in range(N_COLUMNS):
         books.work[column] += h * stage_sum(stages.work, LAST_STAGE, 0, column)
         stages.work[0, 0, column] = stages.work[LAST_STAGE, 0, column]

@@ -87,13 +87,6 @@ def test_the_player_shows_the_forces_of_springs(run):
     assert force[-1] == pytest.approx(2.0 * G, rel=0.05)
 
 
-def test_a_run_of_springs_keeps_no_checkpoint(tmp_path):
-    for option in ("checkpoint", "resume"):
-        with pytest.raises(ns.InvalidInput, match="by Penalty keeps no checkpoint; leave out checkpoint= and resume="):
-            ns.simulate(sliding_block(), (0, 0.05), integrator=SPRINGS, **{option: tmp_path / "run.nsc"})
-        assert not list(tmp_path.iterdir())
-
-
 def test_a_compliant_run_that_was_stopped_goes_on_to_the_same_bits(tmp_path):
     """Another stiffness is another run."""
 
