@@ -44,6 +44,7 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 THEMES = (
     "friction", "exact_friction", "impact", "paradox", "scenes", "penalty_limits", "vibration", "energies", "sweeps",
+    "contact_problems",
 )  # fmt: skip
 sphinx_gallery_conf = {
     "examples_dirs": "examples",

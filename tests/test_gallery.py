@@ -1,6 +1,7 @@
 """Every script of the gallery runs, is short, draws a figure, and ends with a line of facts; together they show every
 model and every ready scene."""
 
+import inspect
 import re
 import runpy
 import shlex
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+import nonsmooth as ns
 from nonsmooth.catalogue.entries import entries_by_class
 from nonsmooth.commands.cli import main
 
@@ -61,6 +63,13 @@ def test_the_player_of_an_example_is_written_by_its_command(command, tmp_path, m
     monkeypatch.chdir(tmp_path)
     assert main([*shlex.split(command)[1:], "player.html", "--no-plot", "--t-end", SHORT]) == 0
     assert Path("player.html").exists()
+
+
+def test_the_gallery_shows_every_public_function():
+    text = "\n".join(path.read_text() for path in SCRIPTS)
+    public = {name: getattr(ns, name) for name in ns.__all__}
+    functions = [name for name, value in public.items() if inspect.isfunction(value)]
+    assert [name for name in functions if f"ns.{name}(" not in text] == []
 
 
 def test_the_gallery_shows_every_model_and_every_ready_scene():

@@ -22,8 +22,8 @@ for k in range(101):
         scene.body(stone, density=1000, name=f"stone {k}")
 for k in range(4):
     scene.body(ns.Box(0.1, 0.1, 0.1), density=1000, position=(0.12 * (k - 2), 0, 1.575), name=f"cube {k}")
-sol = ns.simulate(scene, (0, 0.8), integrator=ns.MoreauJean(dt=1 / 60))
-figure = sol.picture(times=(0, 0.8))
+sol = ns.simulate(scene, (0, 0.6), integrator=ns.MoreauJean(dt=1 / 60))
+figure = sol.picture(times=(0, 0.6))
 crown = sol["stone 50"].position
 moved = np.abs(crown - crown[0]).max()
 print(

@@ -2,7 +2,7 @@
 A pile of spheres in a box
 ==========================
 
-Sixty spheres fall into a box; at every step some two hundred contacts with friction in two directions
+Fifty spheres fall into a box; at every step some two hundred contacts with friction in two directions
 are solved together.
 """
 
@@ -11,8 +11,8 @@ from pathlib import Path
 import nonsmooth as ns
 from nonsmooth.catalogue import SphereBox
 
-box = SphereBox(n=60)
-sol = ns.simulate(box, (0, 0.8), integrator=ns.MoreauJean(dt=box.dt), every=10)
+box = SphereBox(n=50)
+sol = ns.simulate(box, (0, 0.6), integrator=ns.MoreauJean(dt=box.dt), every=10)
 figure = sol.picture(n=2)
 
 # %%

@@ -12,7 +12,7 @@ import numpy as np
 import nonsmooth as ns
 from nonsmooth.catalogue import ModeCoupling
 
-axes_of_map = {"mu": np.linspace(0.2, 0.8, 41), "cz": np.linspace(0.0, 6.0, 41)}
+axes_of_map = {"mu": np.linspace(0.2, 0.8, 31), "cz": np.linspace(0.0, 6.0, 31)}
 chart = ns.stability_map(ModeCoupling(), axes_of_map, sensitivities=False)
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 largest = float(np.abs(chart.growth).max())
