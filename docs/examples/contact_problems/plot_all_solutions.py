@@ -16,7 +16,7 @@ matrices = {
     "second": [[1.0, 2.0], [2.0, 1.0]],
     "third": [[-1.0, 0.5], [0.5, -1.0]],
 }
-right = np.linspace(-1, 1, 40) + 0.003  # beside the edges
+right = np.linspace(-1, 1, 40) + 0.003  # off the edges
 figure, panels = plt.subplots(1, 3, figsize=(9.5, 3.2), sharey=True, layout="constrained")
 least_and_most = {}
 for axes, (name, A) in zip(panels, matrices.items(), strict=True):

@@ -2,7 +2,7 @@
 Equations that SymPy derived already
 ====================================
 
-A pendulum on a cart by Lagrange's method of ``sympy.physics.mechanics``; a stop beside the cart is added,
+A pendulum on a cart by Lagrange's method of ``sympy.physics.mechanics``. A stop for the cart is added,
 and the model runs with located impacts.
 """
 
