@@ -184,9 +184,10 @@ class SceneEvents(RowsOfEvents):
     i, j : (m,)
         Indices of bodies, i < j.
     P_N : (m,)
-        Sum of the normal impulses of the pair in that step [N s]; 0 of a parting.
+        Sum of the normal impulses of the pair in that step [N s], on springs of its forces at the end of it [N]; 0 of a
+        parting.
     P : (m, 2|3)
-        Its impulse on body j, in the axes of the world [N s].
+        Its impulse on body j, in the axes of the world [N s], on springs its force [N].
     names : list of str
         Of all bodies.
     """

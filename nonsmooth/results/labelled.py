@@ -226,6 +226,9 @@ def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
         data["contact_mode"] = with_flags(column("contact", modes_in(found), "1", "mode of the last step"))
         if solution.stats.springs is not None:
             data["contact_P"][2].update({"units": "N", "long_name": "force on body j"})
+    if EVENTS in solution.recorded and solution.stats.springs is not None:
+        data["event_P"][2].update({"units": "N", "long_name": "force on body j at the end of the step"})
+        data["event_P_N"][2].update({"units": "N", "long_name": "normal forces at the end of the step, summed"})
     coordinates: dict[str, Any] = {
         "t": data.pop("t"),
         "body": ("body", np.array(solution.names, dtype=object)),

@@ -1,14 +1,18 @@
 """What happens at the contacts of a scene from step to step, for runs that are asked for it by ``record=``.
 
-A pair of bodies is loaded in a step where one of its points has an impulse, and slides where all points that have one
-lie on their friction cones. A change of that from one step to the next is an event (results/events.py). Pairs
-that touch when a run begins have not landed; what they do in their first step is no change.
+A pair of bodies is loaded in a step where one of its points has an impulse, on springs where one has a force at its
+end, and slides where all points that have one lie on their friction cones. A change of that from one step to the next
+is an event (results/events.py). Pairs that touch when a run begins have not landed; what they do in their first step is
+no change.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from nonsmooth.integrators.assembly.step import TIGHT
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.events import SceneEventKind
 from nonsmooth.results.scene_contacts import modes_of
@@ -34,14 +38,15 @@ class PairEvents:
         self.row = event_row(run.scene.dim)
         self.kept: list[np.ndarray] = []
         self.count = 0
-        n, found, body = assembly.find_contacts(assembly.progress.tight), assembly.found, assembly.shapes.body
+        margin = TIGHT * assembly.smallest if math.isfinite(assembly.smallest) else 0.0
+        n, found, body = assembly.find_contacts(margin), assembly.found, assembly.shapes.body
         self.pairs = np.unique(body[found.shape_i[:n]] * self.n_b + body[found.shape_j[:n]])
         self.modes = np.full(len(self.pairs), TOUCHING)
 
     def steps_at_once(self, run: SceneRun, most: int) -> int:
         """How many steps may be taken until the next look: all that would be left out at rest, else one."""
         progress = run.assembly.progress
-        return most if progress.is_resting == 1 and progress.whole == progress.dt_at_rest else 1
+        return most if run.has_islands and progress.is_resting == 1 and progress.whole == progress.dt_at_rest else 1
 
     def look(self, run: SceneRun, t: float, t_end: float) -> None:
         """Note what changed in the step from t to t_end."""
@@ -64,7 +69,7 @@ class PairEvents:
             run.stop(f"the room for {MOST_EVENTS} events")
 
     def _loaded(self, run: SceneRun) -> tuple[np.ndarray, ...]:
-        """The pairs with impulses, in order: their modes, normal impulses and impulses on the second body."""
+        """The pairs with impulses, on springs with forces, in order: modes, those of normals, those on the second body."""
         every = run.assembly.contact_rows()
         rows = type(every)(*(column[every.own[:, 0] > 0.0] for column in every))
         P = rows.own

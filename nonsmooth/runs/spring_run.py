@@ -16,7 +16,7 @@ from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.events import no_rows
 from nonsmooth.results.ledger import DAMPING, ELASTIC, OF_ALL
-from nonsmooth.results.recorded import EVENTS, PAIRS
+from nonsmooth.results.recorded import PAIRS
 from nonsmooth.results.stats import SceneStats, SpringStats
 from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SOFT, SceneRun, require_no_joints
@@ -54,13 +54,6 @@ class SpringRun(SceneRun):
         self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any,
         recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
     ) -> None:  # fmt: skip
-        if recorder is not None and EVENTS in recorder.kinds:
-            raise InvalidInput('Penalty looks for no events of pairs; leave "events" out of record=')
-        if recorder is not None and PAIRS in recorder.kinds:
-            raise InvalidInput(
-                'Penalty sums up nothing by pairs of bodies; leave "pairs" out of record=, or take '
-                "MoreauJean(dt, compliance=...)"
-            )
         require_no_joints(scene, "Penalty")
         times, self.every = record_times(t_span, every, t_eval)
         self.is_counted = self.every == 0
@@ -80,7 +73,8 @@ class SpringRun(SceneRun):
     def _assemble(self) -> SceneSprings:
         """The scene in motion."""
         world, (t_0, t_1) = self.world, self.table.span
-        return SceneSprings(world.bodies, world.shapes, world.surfaces, self.integrator, t_0, t_1)
+        keeps_pairs = PAIRS in self.recorder.kinds
+        return SceneSprings(world.bodies, world.shapes, world.surfaces, self.integrator, t_0, t_1, keeps_pairs)
 
     def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
         """From time to time of the records, or so many steps at a time to the end; no step is given."""

@@ -126,6 +126,7 @@ RUNS_OF_SPRINGS = {
 def test_a_scene_on_springs_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name):
     """Elongations, the rates at the state and the length that the next step is tried with are kept too."""
     scene, span, options = RUNS_OF_SPRINGS[name]
+    options = options | {"record": ("bodies", "contacts", "ledger", "pairs")}
     whole = ns.simulate(scene(), span, **options)
     few, stops, path = whole.stats.steps // 7 + 1, 0, tmp_path / "run.nsc"
     again = options | dict(checkpoint=path, resume=path, on_failure="return")

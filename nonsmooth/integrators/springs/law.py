@@ -41,6 +41,7 @@ class Springs(Block):
     normal_before: Array[Floats, "m", "d"]
     xi: Array[Floats, "m", "d"]  # elongations [m]; in the plane along the tangent, in xi[:, 0], in space in the world
     rate: Array[Floats, "stages", "m", "d"]  # their rates, in the axes of the beginning of the step
+    exchange: Array[Floats, "stages", "m", "exchanged"]  # forces and powers (exchange.py); none where nobody asks
     is_taken: Array[Ints, "m"]
     source: Array[Ints, "m"]  # the spring of a contact that was found
     stretch: Array[Floats, "m", "d"]  # of a contact that was found, at the present stage

@@ -13,13 +13,15 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
-from nonsmooth.integrators.assembly.progress import DONE, MORE_CONTACTS, MORE_PAIRS
+from nonsmooth.integrators.assembly.pairs import Pairs, begin_pairs, exchanged, list_pairs, settle_pairs, with_room
+from nonsmooth.integrators.assembly.progress import DONE, MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS
 from nonsmooth.integrators.assembly.sleep import ContactRows, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
 from nonsmooth.integrators.assembly.step import ROOM, contacts_of, write_masses
 from nonsmooth.integrators.assembly.step import Stages as Kernels
 from nonsmooth.integrators.penalty.law import LAWS, Regularised, TangentialSpring
 from nonsmooth.integrators.penalty.options import TIME_RESOLUTION, Penalty
+from nonsmooth.integrators.springs.exchange import N_POWERS, book_exchanges
 from nonsmooth.integrators.springs.law import Law, Springs
 from nonsmooth.integrators.springs.rates import Books, Stages
 from nonsmooth.integrators.springs.steps import Course, Scales, take_spring_steps_planar, take_spring_steps_spatial
@@ -48,9 +50,10 @@ SPRING_PLACES = (
     "rates",
     "books",
     "scales",
+    "pairs",
 )
 # defined: blocks that a step takes something from that the step before left
-CARRIED = "bodies", "found", "network", "springs", "rates", "books", "progress"
+CARRIED = "bodies", "found", "network", "springs", "rates", "books", "pairs", "progress"
 
 
 class SceneSprings:
@@ -62,6 +65,8 @@ class SceneSprings:
     options : Penalty
     t_0, t_1 : float
         Start and end [s].
+    keeps_pairs : bool
+        Whether what each pair of bodies exchanges is summed up (exchange.py).
 
     Raises
     ------
@@ -70,8 +75,9 @@ class SceneSprings:
     """
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, options: Penalty, t_0: float, t_1: float
-    ) -> None:
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, options: Penalty, t_0: float, t_1: float,
+        keeps_pairs: bool = False,
+    ) -> None:  # fmt: skip
         require_for_scenes(options)
         self.bodies, self.shapes, self.surfaces, self.tol = bodies, shapes, surfaces, options.rtol
         self.dim, n_b, n_s = len(bodies.gravity), len(bodies.mass), len(shapes.body)
@@ -81,10 +87,11 @@ class SceneSprings:
         self.scales = scales_of(bodies, shapes, options, self.smallest)
         self.omega = float(self.scales.omega.max(initial=0.0))
         require_resolved(options, self.omega, float(np.abs(bodies.motion.x[:, : self.dim]).max(initial=0.0)))
+        booked = (book_exchanges, settle_pairs, begin_pairs, list_pairs) if keeps_pairs else ()
         if self.dim == 2:
-            self.stages = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, ())
+            self.stages = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, booked)
         else:
-            others = turn_inertia, *contacts_of(shapes, self.dim)
+            others = turn_inertia, *contacts_of(shapes, self.dim), *booked
             self.stages = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
         self.stages.load()
         self.progress: Course = new(Course)
@@ -93,7 +100,9 @@ class SceneSprings:
         if not math.isfinite(self.scales.longest):  # nothing that moves
             self.scales.longest = self.progress.h = max(t_1 - t_0, 1.0)
         self._make_scratch(4 * n_s + 64)
-        self.springs: Springs = new(Springs, m=0, d=self.dim, stages=STAGES)
+        self.pairs: Pairs = new(Pairs, n_p=2 * n_s + 16 if keeps_pairs else 0, d=self.dim)
+        self.pairs.is_asked = keeps_pairs
+        self.springs: Springs = self._new_springs(0)
         self._make_room(2 * n_s + 16)
 
     @property
@@ -117,6 +126,8 @@ class SceneSprings:
             elif end == MORE_PAIRS:
                 self._make_scratch(int(ROOM * int(self.progress.wanted)))
                 self._write_places()
+            elif end == MORE_BOOKS:
+                self._make_room_for_pairs(int(ROOM * int(self.progress.wanted)))
             else:
                 if end != DONE:
                     self.network.n_c = 0  # contacts of a step that was tried in vain
@@ -126,14 +137,23 @@ class SceneSprings:
         """The contacts of the last step, with their forces."""
         return rows_of_step(self.found, self.network, self.network.P)
 
+    def exchanged(self) -> dict[str, np.ndarray]:
+        """What each pair of bodies exchanged since the record before."""
+        return exchanged(self.pairs)
+
+    def begin_pairs(self) -> None:
+        """What pairs of bodies exchange is summed up anew."""
+        begin_pairs(self.pairs.address)
+
     def end_step(self) -> None:
         """A step that Ctrl-C cut short has ended: the compiled steps come back whole."""
 
-    def find_contacts(self) -> int:
-        """The contacts at the present places, to ``found``; returns their number, or NOT_FINITE."""
+    def find_contacts(self, margin: float = 0.0) -> int:
+        """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or
+        NOT_FINITE."""
         places = self.progress.places
         while True:
-            n = int(self.stages.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
+            n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
             if 0 <= n <= len(self.found.gap):
                 return n
             if n > 0:
@@ -151,13 +171,15 @@ class SceneSprings:
 
     @property
     def sizes(self) -> np.ndarray:
-        """Of the blocks: contacts and pairs of shapes that there is room for."""
-        return np.array([len(self.found.gap), self.room])
+        """Of the blocks: contacts, pairs of shapes and pairs of bodies that there is room for."""
+        return np.array([len(self.found.gap), self.room, len(self.pairs.i)])
 
     def restore(self, sizes: np.ndarray) -> None:
         """Blocks of such sizes, into which what was carried may be copied; ``go_on`` afterwards."""
-        m, room = map(int, sizes)
+        m, room, n_p = map(int, sizes)
         self._make_scratch(room)
+        if self.pairs.is_asked:
+            self._make_room_for_pairs(n_p)
         self._make_room(m)
 
     def go_on(self) -> None:
@@ -174,12 +196,22 @@ class SceneSprings:
         self.found: Found = new(Found, m=m, d=self.dim)
         self.network: Network = new(Network, m=m, n_b=n_b, d=self.dim, n=n)
         write_masses(self.bodies, self.network)
-        self.springs = new(Springs, m=m, d=self.dim, stages=STAGES)
+        self.springs = self._new_springs(m)
         k = int(before.n_before)
         self.springs.n_before = k
         for name in ("key_before", "point_before", "normal_before", "xi"):
             getattr(self.springs, name)[:k] = getattr(before, name)[:k]
         self.progress.is_warm = 0
+        self._write_places()
+
+    def _new_springs(self, m: int) -> Springs:
+        """Room for m springs, and for what they do at each stage where pairs are asked for."""
+        exchanged = self.dim + N_POWERS if self.pairs.is_asked else 0
+        return new(Springs, m=m, d=self.dim, stages=STAGES, exchanged=exchanged)
+
+    def _make_room_for_pairs(self, n_p: int) -> None:
+        """A block for n_p pairs, with those that there are."""
+        self.pairs = with_room(self.pairs, n_p, self.dim)
         self._write_places()
 
     def _write_places(self) -> None:

@@ -20,7 +20,9 @@ from typing import Annotated as Array
 
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.integrators.assembly.progress import DONE, LOST, MORE_CONTACTS, MORE_PAIRS, Counts, Figures
+from nonsmooth.integrators.assembly.pairs import Pairs
+from nonsmooth.integrators.assembly.progress import DONE, LOST, MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS, Counts, Figures
+from nonsmooth.integrators.springs.exchange import book_exchanges, powers_of, write_exchange
 from nonsmooth.integrators.springs.law import Law, Springs
 from nonsmooth.integrators.springs.rates import (
     DAMPING_WORK,
@@ -29,11 +31,12 @@ from nonsmooth.integrators.springs.rates import (
     NO_ROOM_FOR_SPRINGS,
     Books,
     Stages,
+    given_power,
     held_energy,
     turn_least,
     write_rates,
 )
-from nonsmooth.integrators.springs.table import EMBEDDED_ORDER, STAGES, error_sum, stage_sum
+from nonsmooth.integrators.springs.table import EMBEDDED_ORDER, LAST_STAGE, STAGES, error_sum, stage_sum
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
@@ -43,7 +46,6 @@ SAFETY, LEAST_CHANGE, MOST_CHANGE = 0.9, 0.2, 5.0  # chosen: of the next step
 SHORTEST = 1e-9  # chosen: of the longest step: no jump of a force needs less, but one that comes again and again does
 WAY_SHARE = 0.25  # chosen: of the thinnest body, that the fastest may move in a step
 LEAST_ENERGY = 2.0**-1022  # defined: the least normal double: an energy of bodies that do not move [J]
-LAST_STAGE = STAGES - 1  # derived: the stage at the end of the step
 
 
 class SpringPlaces(Block):
@@ -61,6 +63,7 @@ class SpringPlaces(Block):
     rates: int
     books: int
     scales: int
+    pairs: int
 
 
 class Scales(Block):
@@ -112,6 +115,8 @@ def take_steps(course, most, d):
         if h < SHORTEST * scales.longest or course.t + h == course.t:
             if not is_cut:
                 return VANISHED
+        if has_no_room_for_pairs(course):
+            return MORE_BOOKS
         n_c = try_step(course, h, d)
         if n_c == NO_ROOM_FOR_SPRINGS or n_c > view(course.places.found, Found).gap.shape[0]:
             course.wanted = max(n_c, 0)
@@ -138,6 +143,14 @@ def take_steps(course, most, d):
             course.rejected += 1
             course.h = min(change, SAFETY) * h
     return DONE
+
+
+@kernel
+def has_no_room_for_pairs(course):
+    """Whether a step might book more pairs than there is room for: each of its springs another one."""
+    pairs, springs = view(course.places.pairs, Pairs), view(course.places.springs, Springs)
+    course.wanted = pairs.count + springs.key_before.shape[0]
+    return pairs.is_asked == 1 and course.wanted > pairs.i.shape[0]
 
 
 @kernel
@@ -288,6 +301,9 @@ def accept(course, h, d):
     for column in range(N_COLUMNS):
         books.work[column] += h * stage_sum(stages.work, LAST_STAGE, 0, column)
         stages.work[0, 0, column] = stages.work[LAST_STAGE, 0, column]
+    is_booked = springs.exchange.shape[2] > 0
+    if is_booked:
+        book_exchanges(places.shapes, places.springs, places.pairs, h)
     for c in range(network.n_c):
         slide_back(network, found, law, springs, c, d)
     books.work[ELASTIC_ENERGY] = held_energy(law, found, network, springs)
@@ -299,6 +315,9 @@ def accept(course, h, d):
         for k in range(d):
             springs.point_before[c, k], springs.normal_before[c, k] = found.point[c, k], found.normal[c, k]
             springs.xi[c, k], springs.rate[0, c, k] = springs.next_xi[c, k], springs.next_rate[c, k]
+        if is_booked:
+            given = given_power(view(places.bodies, Bodies), network, c, d, 3 * (d - 1))
+            write_exchange(network, springs, 0, c, c, d, powers_of(network, c, d, given))
     for b in range(stages.v.shape[1]):
         for k in range(stages.v.shape[2]):
             stages.v[0, b, k] = stages.v[LAST_STAGE, b, k]

@@ -11,6 +11,7 @@ from __future__ import annotations
 from nonsmooth.jit import kernel
 
 STAGES = 7  # defined: by the method
+LAST_STAGE = STAGES - 1  # derived: the stage at the end of the step
 EMBEDDED_ORDER = 5  # derived: of the local error estimate, in the length of the step
 # defined: rows of the table, a_sj
 STAGE_WEIGHTS = (

@@ -236,11 +236,6 @@ def test_pairs_are_kept_where_they_are_asked_for_and_change_no_bit():
         plain.pairs  # noqa: B018
 
 
-def test_penalty_refuses_pairs_in_a_sentence():
-    with pytest.raises(ns.InvalidInput, match='Penalty sums up nothing by pairs of bodies; leave "pairs" out'):
-        ns.simulate(heap(), (0, 0.1), integrator=ns.Penalty(1e6), record="pairs")
-
-
 def test_rows_are_found_by_name_and_read_in_words():
     sol = simulate(chain_on_a_heap(), 0.6, every=20)
     pairs = sol.pairs
