@@ -69,7 +69,7 @@ class PairEvents:
             run.stop(f"the room for {MOST_EVENTS} events")
 
     def _loaded(self, run: SceneRun) -> tuple[np.ndarray, ...]:
-        """The pairs with impulses, on springs with forces, in order: modes, those of normals, those on the second body."""
+        """The pairs with impulses, on springs forces, in order: modes, normal impulses, impulses on body j."""
         every = run.assembly.contact_rows()
         rows = type(every)(*(column[every.own[:, 0] > 0.0] for column in every))
         P = rows.own
