@@ -35,8 +35,9 @@ def simulate_scene(
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
     if threads > 1 and not kind.has_islands:
         raise InvalidInput(
-            f"threads share the islands of a scene, and {type(integrator).__name__} solves none; leave out threads=, "
-            "or take MoreauJean(dt)"
+            f"threads share the islands of a contact problem, and {type(integrator).__name__} has none: the stages of "
+            "its steps are so short that to hand them over costs what is gained; leave out threads=, or take "
+            "MoreauJean(dt)"
         )
     run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
     if threads > 1:

@@ -221,6 +221,8 @@ def test_events_by_name_in_a_table_and_a_dataset():
         ({"events": lambda t, bodies: 1.0}, "a run with a checkpoint looks for no events"),
     ],
 )
-def test_a_run_with_a_checkpoint_is_refused_events(tmp_path, options, message):
+@pytest.mark.parametrize("integrator", [STEP, ns.Penalty(1e6)])
+def test_a_run_with_a_checkpoint_is_refused_events(tmp_path, integrator, options, message):
     with pytest.raises(ns.InvalidInput, match=message):
-        run(with_block(), 0.1, checkpoint=tmp_path / "run.nsc", **options)
+        ns.simulate(with_block(), (0, 0.1), integrator=integrator, checkpoint=tmp_path / "run.nsc", **options)
+    assert not list(tmp_path.iterdir())
