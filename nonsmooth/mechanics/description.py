@@ -130,8 +130,8 @@ def described(system: Any) -> Description:
     names = tuple(contact.name or f"contact {i}" for i, contact in enumerate(system.contacts))
     return Description(
         own or tuple((f"q[{k}]", "") for k in range(system.n_q)), bool(own), names,
-        in_lines("shape(q)", _drawn(system, system.shape, 1) or getattr(model, "shape", None)),
-        in_lines("outline()", _drawn(system, system.outline, 0) or getattr(model, "outline", None)),
+        in_lines("shape(q)", _drawn(system, system.shape, 1) or getattr(model, "shape", None), least=1),
+        in_lines("outline()", _drawn(system, system.outline, 0) or getattr(model, "outline", None), least=0),
         getattr(model, "parts", None) if system.shape is None else None,
         _frames(system), _velocities_of(system),
     )  # fmt: skip
@@ -210,19 +210,19 @@ class Lines(list[np.ndarray]):
         self.names = list(names)
 
 
-def in_lines(name: str, drawn: Callable[..., Any] | None) -> Callable[..., Lines] | None:
+def in_lines(name: str, drawn: Callable[..., Any] | None, least: int) -> Callable[..., Lines] | None:
     """A function of the user's whose result is looked at each time."""
-    return None if drawn is None else lambda *q: as_lines(name, drawn(*q))
+    return None if drawn is None else lambda *q: as_lines(name, drawn(*q), least)
 
 
-def as_lines(name: str, given: Any) -> Lines:
-    """Polylines given in a sequence, or in a dictionary by their names, or `InvalidInput`."""
+def as_lines(name: str, given: Any, least: int) -> Lines:
+    """At least so many polylines, in a sequence, or in a dictionary by their names, or `InvalidInput`."""
     is_named = isinstance(given, Mapping)
     try:
         found = [np.asarray(line, dtype=float) for line in (given.values() if is_named else given)]
     except (TypeError, ValueError):
-        found = []
-    if not found or any(line.ndim != 2 or line.shape[0] == 0 or line.shape[1] != 2 for line in found):
+        found = [np.empty(0)]
+    if len(found) < least or any(line.ndim != 2 or line.shape[0] == 0 or line.shape[1] != 2 for line in found):
         raise InvalidInput(
             f"{name} must return a list of polylines (k, 2) [m], or a dict of them by name; got {shown(given)}"
         )

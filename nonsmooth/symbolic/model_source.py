@@ -158,7 +158,7 @@ class Writer:
             f"    coordinates = {tuple((str(q), unit) for q, unit in self.declaration.coordinate_units.items())!r}",
             "    natural_state = staticmethod(natural_state)",
             f"    t_end = {self.t_end!r}  # s", f"    dt = {self.dt!r}  # s", "",
-            *indented(self._post_init()), *indented(self._system()), "", *indented(self._state()), "",
+            *indented(self._post_init()), *indented(self._system()), "", *indented(self._state()),
             *indented(self._picture()),
         ]  # fmt: skip
         return "\n".join(lines)
@@ -225,7 +225,7 @@ class Writer:
             '    """What stands still (k, 2) [m]."""',
             *self._lines(still),
         ]
-        return [*(shape if moving else []), *([""] if moving else []), *outline]
+        return [*(["", *shape] if moving else []), *(["", *outline] if still else [])]
 
     def _moves(self, line: Any) -> bool:
         return any(sp.S(part).free_symbols & {*self.declared.q} for corner in line for part in corner)

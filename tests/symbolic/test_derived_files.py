@@ -113,6 +113,28 @@ def test_the_source_says_its_equation_and_units():
     assert max(map(len, source.splitlines())) <= 120
 
 
+@pytest.mark.parametrize("drawn", ["moves", "stands", "both"])
+def test_a_model_is_drawn_with_the_lines_that_it_has(drawn):
+    """A spring and a wall: what has no such line has no such method, so that nothing is asked for lines."""
+    l = ns.lagrangian(f"spring that {drawn}")  # noqa: E741 - the letter of Lagrange, as users write it
+    x = l.coordinates("x", unit="m")
+    l.point_mass(1.0, at=(x, 0))
+    (k,) = l.parameters(k=(1.0, "N/m"))
+    l.potential(k * x**2 / 2)
+    if drawn != "stands":
+        l.line((x, 0), (x, 1))
+    if drawn != "moves":
+        l.line((-1, 0), (-1, 1))
+    model = l.model()
+    sol = ns.simulate(model, (0, 1), state={"x": 1.0}, integrator=ns.MoreauJean(dt=1e-2))
+    assert (hasattr(model, "shape"), hasattr(model, "outline")) == (drawn != "stands", drawn != "moves")
+    if drawn == "stands":
+        with pytest.raises(ns.InvalidInput, match=r"no shape\(q\)"):
+            sol.picture()
+    else:
+        assert len(sol.picture(n=2).axes[0].lines) == 2 + (drawn == "both")
+
+
 def test_a_saved_model_needs_no_sympy_and_an_edit_of_it_counts(tmp_path):
     model = pendulum().model()
     file = model.save(tmp_path / "my_pendulum.py")

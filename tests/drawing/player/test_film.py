@@ -80,7 +80,7 @@ def test_shapes_in_their_frames_are_the_lines_of_the_picture(model):
             np.testing.assert_allclose(placed, line[: len(placed)], atol=1e-6 * np.abs(line).max())  # RIGID
 
 
-def swinging(shape):
+def swinging(shape, outline=None):
     """A pendulum that is drawn by a function."""
 
     def mass(t, q, p, M):
@@ -89,7 +89,7 @@ def swinging(shape):
     def force(t, q, u, p, h):
         h[0] = -9.81 * np.sin(q[0])
 
-    system = ns.System(coordinates=[("th", "rad")], mass=mass, force=force, shape=shape)
+    system = ns.System(coordinates=[("th", "rad")], mass=mass, force=force, shape=shape, outline=outline)
     return ns.simulate(system, (0, 0.1), [0.3], [0.0], integrator=ns.MoreauJean(dt=1e-2))
 
 
@@ -113,6 +113,19 @@ def test_lines_may_have_names_in_a_dictionary():
 def test_what_is_no_polyline_is_refused(drawn):
     with pytest.raises(ns.InvalidInput, match=r"shape\(q\) must return a list of polylines \(k, 2\)"):
         film_of_solution(swinging(lambda q: drawn))
+
+
+@pytest.mark.parametrize("still", [[], {}, ()])
+def test_where_nothing_stands_still_the_surroundings_are_an_empty_list(still):
+    sol = swinging(lambda q: [[[0.0, 0.0], [np.sin(q[0]), -np.cos(q[0])]]], lambda: still)
+    assert len(sol.picture(n=2).axes[0].lines) == 2  # the rod at two instants, nothing else
+    assert [body.name for body in film_of_solution(sol).bodies] == ["part 0"]
+
+
+@pytest.mark.parametrize("drawn", [3, {"wall": 1.0}, [np.zeros((2, 3))], "wall", None])
+def test_surroundings_that_are_no_polylines_are_refused(drawn):
+    with pytest.raises(ns.InvalidInput, match=r"outline\(\) must return a list of polylines \(k, 2\)"):
+        swinging(lambda q: [np.zeros((2, 2))], lambda: drawn).picture()
 
 
 # --- frames, impulses, events, curves
