@@ -1,5 +1,6 @@
 """Every example runs: those in the docstrings, the Python of the pages, and the commands of the pages."""
 
+import ast
 import doctest
 import importlib
 import os
@@ -56,7 +57,13 @@ def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, c
     script = tmp_path / "page.py"  # a file: model functions are read back from their source
     script.write_text("\n".join(PYTHON.findall(page.read_text())))
     require_sympy_for(script.read_text())
-    exec(compile(script.read_text(), script, "exec"), {"__name__": "page"})
+    entered: set[int] = set()
+    program = ast.parse(script.read_text())
+    handlers = [node for node in ast.walk(program) if isinstance(node, ast.ExceptHandler)]
+    for handler in handlers:
+        handler.body[:0] = ast.parse(f"_entered.add({handler.lineno})").body
+    exec(compile(ast.fix_missing_locations(program), script, "exec"), {"__name__": "page", "_entered": entered})
+    assert entered == {handler.lineno for handler in handlers}  # a page that shows a failure has it
     said = capsys.readouterr().out
     assert all(shown in said for shown in PRINTED.findall(page.read_text()))
 
