@@ -6,6 +6,7 @@ import importlib.util
 import inspect
 import itertools
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -101,10 +102,18 @@ def is_runnable(value: Any) -> bool:
     return any(callable(getattr(value, method, None)) for method in ("system", "scene")) and value not in (Scene,)
 
 
-def from_file(text: str, arguments: dict[str, Any] | None = None) -> tuple[str, Any]:
+def as_typed(name: str, text: str, default: Any) -> Any:
+    """An argument as the text that was typed."""
+    return text
+
+
+def from_file(
+    text: str, arguments: dict[str, str] | None = None, read: Callable[[str, str, Any], Any] = as_typed
+) -> tuple[str, Any]:
     """The name and the value of what ``FILE:NAME`` means; of a file with one model its name may be left out.
 
-    A function takes those of the ``arguments`` that it has; they are taken out of them.
+    A function takes those of the ``arguments`` that it has, texts that ``read(name, text, default)`` makes values; they
+    are taken out of them.
 
     Raises
     ------
@@ -125,7 +134,7 @@ def from_file(text: str, arguments: dict[str, Any] | None = None) -> tuple[str, 
         raise UnknownName(f"{path} has no {name}; {nearest(name, found)}")
     value = getattr(module, name)
     if not is_runnable(value) and callable(value):
-        value = _returned(text, value, {} if arguments is None else arguments)
+        value = _returned(text, value, {} if arguments is None else arguments, read)
     if not is_runnable(value):
         others = f"; {path} has the models {', '.join(found)}" if found else ""
         raise InvalidInput(
@@ -135,10 +144,14 @@ def from_file(text: str, arguments: dict[str, Any] | None = None) -> tuple[str, 
     return name, value
 
 
-def _returned(text: str, function: Any, arguments: dict[str, Any]) -> Any:
+def _returned(text: str, function: Any, arguments: dict[str, str], read: Callable[[str, str, Any], Any]) -> Any:
     try:
-        taken = inspect.signature(function).parameters
-        return function(**{name: arguments.pop(name) for name in taken if name in arguments})
+        taken = inspect.signature(function).parameters.items()
+    except (TypeError, ValueError) as error:  # of a function that does not say what it takes
+        raise InvalidInput(f"{text} cannot be called: {said_by(error)}") from error
+    values = {name: read(name, arguments.pop(name), one.default) for name, one in taken if name in arguments}
+    try:
+        return function(**values)
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # whatever the function raises

@@ -129,7 +129,7 @@ def _split(parameters: Any, name: str) -> tuple[str, str]:
     """The field that the name of a number begins with, and what follows: ("spring", "k"), ("k", "2]")."""
     numbers = numeric_fields(parameters)
     if name not in numbers:
-        known = {*numbers, *(field for field, _ in layout_of(parameters))}
+        known = {*numbers, *_fields(parameters)}
         raise UnknownName(f"there is no parameter {name!r}; {nearest(name, known)}")
     end = min(place for place in (name.find("."), name.find("[")) if place > 0)
     return name[:end], name[end + 1 :]

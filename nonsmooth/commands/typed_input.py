@@ -128,19 +128,29 @@ def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
 
 
 def assignments(option: str, texts: list[str]) -> dict[str, float]:
-    """NAME=VALUE texts as a dictionary."""
-    pairs: dict[str, float] = {}
+    """NAME=VALUE texts as a dictionary of numbers."""
+    return {name: number_of(option, name, value) for name, value in pairs(option, texts).items()}
+
+
+def pairs(option: str, texts: list[str]) -> dict[str, str]:
+    """NAME=VALUE texts as a dictionary of what is typed."""
+    found: dict[str, str] = {}
     for text in texts:
         name, sign, value = text.partition("=")
         if not sign or not name:
             raise InvalidInput(f"{option} takes NAME=VALUE; got {text!r}")
-        if name in pairs:
+        if name in found:
             raise InvalidInput(f"{option} gives {name} twice; give it once")
-        try:
-            pairs[name] = number(value)
-        except argparse.ArgumentTypeError as error:
-            raise InvalidInput(f"{option} {name} must be a number: {error}") from None
-    return pairs
+        found[name] = value
+    return found
+
+
+def number_of(option: str, name: str, text: str) -> float:
+    """The number that is typed for a name."""
+    try:
+        return number(text)
+    except argparse.ArgumentTypeError as error:
+        raise InvalidInput(f"{option} {name} must be a number: {error}") from None
 
 
 def read_axis(text: str, form: str = AXIS, points: int | None = None) -> Axis:

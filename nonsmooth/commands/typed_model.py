@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from inspect import Parameter
 from typing import TYPE_CHECKING, Any
 
 from nonsmooth.catalogue.entries import load
 from nonsmooth.catalogue.files import from_file, is_file
-from nonsmooth.commands.typed_input import assignments
+from nonsmooth.commands.typed_input import is_number, number_of, pairs
 from nonsmooth.errors import InvalidInput, UnknownName
 from nonsmooth.scenes.given import as_model
 
@@ -26,9 +27,9 @@ def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> An
     UnknownName, InvalidInput
         For a name that is none, parameters that it does not have, and a scene without a system where one is needed.
     """
-    changes = assignments("--set", arguments.set)
+    changes = pairs("--set", arguments.set)
     if is_file(arguments.model):
-        name, found = from_file(arguments.model, changes)
+        name, found = from_file(arguments.model, changes, parameter_of)
         arguments.model = name
     else:
         found = load(arguments.model)
@@ -46,9 +47,10 @@ def require_units(model: Any, axes: list[Axis]) -> None:
         require_unit(axis.name, axis.unit, unit_of(system, axis.name))
 
 
-def with_set(found: Any, changes: dict[str, float]) -> Any:
-    """A class with its defaults, or an instance, with some parameters changed."""
+def with_set(found: Any, changes: dict[str, str]) -> Any:
+    """A class with its defaults, or an instance, with some parameters changed to what is typed."""
     from nonsmooth.mechanics.model_system import with_values
+    from nonsmooth.mechanics.system import System
     from nonsmooth.scenes.given import is_scene_object
 
     model = made(found) if isinstance(found, type) else found
@@ -57,7 +59,20 @@ def with_set(found: Any, changes: dict[str, float]) -> Any:
             name = next(iter(changes))
             raise UnknownName(f"there is no parameter {name!r}; a Scene has none, a class that builds it may have them")
         return model
-    return with_values(model, changes)
+    parameters = model.parameters if isinstance(model, System) else model
+    values = {name: parameter_of(name, text, getattr(parameters, name, None)) for name, text in changes.items()}
+    return with_values(model, values)
+
+
+def parameter_of(name: str, text: str, before: Any) -> Any:
+    """A parameter as it is typed: a text in place of a text, a number in place of a number.
+
+    Where nothing is known of it, neither a value nor a default, it is a number where it can be read as one.
+    """
+    is_unknown = before is None or before is Parameter.empty
+    if isinstance(before, str) or (is_unknown and not is_number(text)):
+        return text
+    return number_of("--set", name, text)
 
 
 def made(cls: type) -> Any:

@@ -54,6 +54,9 @@ def make():
 def heavy(g, factor=1.0):
     return Ball(g=factor * g)
 
+def worded(place, times="1", g=10.0):
+    return Ball(g={"earth": g, "moon": 1.6}[place] * {"1": 1.0, "2": 2.0}[times])
+
 def scene():
     made = ns.Scene(gravity=(0, -9.81))
     made.fixed(ns.HalfPlane((0, 1)))
@@ -113,6 +116,8 @@ def test_class_instance_system_and_function_of_a_file_run(own, capsys):
     assert end("own.py:make") == pytest.approx(-2.0) == end("own.py:make", "--set", "m=3")
     assert end("own.py:make", "--set", "g=4") == pytest.approx(-0.4)
     assert end("own.py:heavy", "--set", "g=4", "factor=3", "m=2") == pytest.approx(-1.2)
+    assert end("own.py:worded", "--set", "place=moon") == pytest.approx(-0.16)
+    assert end("own.py:worded", "--set", "place=earth", "times=2", "g=3") == pytest.approx(-0.6)
     assert end("own.py:ball", "--set", "g=3", "--state", "height=4") == pytest.approx(-0.3)
     assert end("own.py:bare", "--state", "y=2", "ydot=1", "--dt", "1e-3") == pytest.approx(0.0, abs=1e-12)
 

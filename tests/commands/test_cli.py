@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from models import BeltOscillator
 from nonsmooth.commands.cli import main
 from nonsmooth.commands.typed_input import number
 
@@ -72,6 +73,14 @@ def test_run_prints_the_paradox_it_met_and_draws(tmp_path, capsys):
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("law", ["cubic", "stribeck"])
+def test_a_parameter_that_is_a_text_is_set_by_its_text(law, capsys):
+    assert main(["run", "belt-oscillator", "--set", f"law={law}", "--json", "--dt", "1e-3", *QUICK]) == 0
+    belt = BeltOscillator(law=law)
+    sol = ns.simulate(belt, (0, 0.01), *belt.state(), integrator=ns.MoreauJean(dt=1e-3))
+    assert json.loads(capsys.readouterr().out)["u"] == sol.u[-1].tolist()
+
+
 def test_json_holds_the_final_state_and_nothing_else_is_printed(capsys):
     assert main(["run", "painleve-rod", "--set", "mu=2", "--state", "th=pi/3", "thdot=0", "--json", *QUICK]) == 0
     result = json.loads(capsys.readouterr().out)
@@ -101,6 +110,10 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
         (["run", "sprag-slip", "--set", "mue=1"], "did you mean 'mu'?"),
         (["run", "sprag-slip", "--set", "mu"], "NAME=VALUE"),
         (["run", "sprag-slip", "--set", "mu=big"], "mu must be a number"),
+        (["run", "belt-oscillator", "--set", "law=stribek"], "did you mean 'stribeck'?"),
+        (["run", "belt-oscillator", "--set", "law=3"], "known: cubic, smoothed, stribeck, two-coefficient"),
+        (["run", "belt-oscillator", "--set", "lawe=cubic"], "there is no parameter 'lawe'; did you mean 'law'?"),
+        (["sweep", "belt-oscillator", "--axis", "law=cubic,stribeck"], "'cubic' is no number"),
         (["run", "sprag-slip", "--set", "mu=-1"], "mu"),
         (["run", "sprag-slip", "--state", "tht=1"], "did you mean 'th'?"),
         (["run", "sprag-slip", "--q0", "1", "2"], "--q0 and --u0 go together"),
