@@ -268,6 +268,8 @@ class SceneRecorder:
         Of "bodies", "contacts", "ledger", "events", "pairs": what is kept with times, residuals and penetrations.
     """
 
+    is_resumed = False  # whether it writes a checkpoint
+
     def __init__(self, kinds: tuple[str, ...] = KINDS_UNASKED) -> None:
         self.kinds = kinds
 

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.errors import InvalidInput, Status, said_by
 from nonsmooth.integrators.assembly.apart import part_bodies
 from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
@@ -30,6 +30,7 @@ from nonsmooth.results.stats import SceneStats
 from nonsmooth.results.summary import worst_place
 from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.recorder import SceneRecorder
+from nonsmooth.runs.refused_scenes import require_taken
 from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.times import RecordTimes, grid_times
@@ -58,11 +59,17 @@ class SceneRun:
     scene : Scene
     t_span : (float, float)
         [s]
-    integrator : MoreauJean
+    integrator : MoreauJean, or Penalty of `SpringRun`
     every, t_eval, project
         As of `simulate`.
     functions : sequence of callables
         Events of the user.
+    threads : int
+
+    Raises
+    ------
+    InvalidInput
+        For what its method does not take (refused_scenes.py), and a scene that cannot begin.
     """
 
     works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
@@ -72,33 +79,17 @@ class SceneRun:
     what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
 
     def __init__(
-        self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any,
+        self, scene: Scene, t_span: tuple[float, float], integrator: Any, every: int, t_eval: Any,
         recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
+        threads: int = 1,
     ) -> None:  # fmt: skip
-        require_of_scenes(integrator)
-        table = grid_times(integrator, t_span, every, t_eval)
-        self._begin(scene, integrator, table, recorder, project, functions)
-        if any(body.kind is Kind.KINEMATIC for body in scene.bodies):
-            self.world.go_along(self.assembly.find_contacts(float(self.assembly.doubts.near)), self.assembly.found)
-
-    def _begin(
-        self, scene: Scene, integrator: Any, table: RecordTimes, recorder: SceneRecorder | None, project: bool,
-        functions: Sequence[Callable],
-    ) -> None:  # fmt: skip
-        """The scene in motion, and where its records go."""
-        self.scene, self.integrator, self.table = scene, integrator, table
-        if len(scene.bodies) == 0:
-            raise InvalidInput("the scene has no bodies; add them by scene.body(...), scene.fixed(...)")
-        require_newtons_law(scene)
+        self.scene, self.integrator, self.threads = scene, integrator, threads
+        self.table = self._times(t_span, every, t_eval)
         self.recorder = SceneRecorder() if recorder is None else recorder
-        self.recorder.require_room(self)
         started = time.perf_counter()
         self.world = World(scene, self.table.span[0])
-        if project and scene.joints:
-            raise InvalidInput(
-                f"project=True moves bodies apart that no joint holds, and the scene has {scene.joints[0].name}; move "
-                "them apart by hand"
-            )
+        require_taken(self, project, functions, threads)
+        self.recorder.require_room(self)
         if project:
             part_bodies(self.world)
         self.assembly = self._assemble()
@@ -117,12 +108,17 @@ class SceneRun:
         self.wall_time = 0.0
         self.cause: BaseException | None = None
         self.spent = ""
+        if self.has_islands and any(body.kind is Kind.KINEMATIC for body in scene.bodies):
+            self.world.go_along(self.assembly.find_contacts(float(self.assembly.doubts.near)), self.assembly.found)
+
+    def _times(self, t_span: tuple[float, float], every: int, t_eval: Any) -> RecordTimes:
+        """The record times."""
+        return grid_times(self.integrator, t_span, every, t_eval)
 
     def _assemble(self) -> Any:
         """The scene in motion: its steps, contacts, works and figures."""
         options, world, compliance = self.integrator.contacts, self.world, self.integrator.compliance
         if compliance is not None:
-            require_no_joints(self.scene, "MoreauJean with compliance=")
             world.surfaces.is_compliant, world.surfaces.e[:] = 1, 0.0
             world.surfaces.stiffness, world.surfaces.damping = compliance.stiffness, compliance.damping
             self.what_is_deep = SOFT
@@ -131,6 +127,7 @@ class SceneRun:
             options.interior, options.on_residual == "raise", options.may_sleep, self.integrator.theta,
             PAIRS in self.recorder.kinds,
         )  # fmt: skip
+        assembly.desks = Desks(self.threads)
         if compliance is not None:
             assembly.progress.tight = math.inf  # what springs give way to is not taken back
         return assembly
@@ -398,32 +395,3 @@ class SceneRun:
         error = kind(solution.message, solution, self.now, problem)  # type: ignore[arg-type]
         error.__cause__ = self.cause
         return error
-
-
-def require_of_scenes(integrator: MoreauJean) -> None:
-    """Raise `InvalidInput` for options of systems."""
-    if integrator.projection:
-        raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
-    if integrator.specialise is True:
-        raise InvalidInput(
-            "a loop is compiled for a System alone, the steps of a scene are the same for all; leave out "
-            "specialise= of MoreauJean"
-        )
-
-
-def require_newtons_law(scene: Scene) -> None:
-    """Raise `InvalidInput` for laws of impact that steps of scenes do not have."""
-    for body in scene.bodies:
-        if body.material.impact not in (None, "newton"):
-            raise InvalidInput(
-                f"{body.name} is of {body.material}, and a step of scenes rebounds by Newton's law; EventDriven and "
-                "Adaptive take the others in a scene of few contacts"
-            )
-
-
-def require_no_joints(scene: Scene, what: str) -> None:
-    """Raise `InvalidInput` for joints where they are not known."""
-    if scene.joints:
-        raise InvalidInput(
-            f"{what} does not hold joints, and the scene has {scene.joints[0].name}; take MoreauJean(dt), rigid"
-        )

@@ -6,10 +6,9 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from nonsmooth.contact.network.parallel import Desks
-from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.errors import Status
 from nonsmooth.integrators.contract import Integrator
-from nonsmooth.results.recorded import EVENTS, kinds_of_scene
+from nonsmooth.results.recorded import kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.identity import facts_of_scene_run
 from nonsmooth.runs.recorder import SceneRecorder
@@ -30,18 +29,9 @@ def simulate_scene(
     kinds = kinds_of_scene(record)
     recorder = SceneRecorder(kinds)
     if checkpoint is not None or resume is not None:
-        require_resumable(kinds, functions)
         facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
-    if threads > 1 and not kind.has_islands:
-        raise InvalidInput(
-            f"threads share the islands of a contact problem, and {type(integrator).__name__} has none: the stages of "
-            "its steps are so short that to hand them over costs what is gained; leave out threads=, or take "
-            "MoreauJean(dt)"
-        )
-    run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
-    if threads > 1:
-        run.assembly.desks = Desks(threads)
+    run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions, threads)  # type: ignore[arg-type]
     with looked_at(run, progress, view) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
@@ -49,16 +39,6 @@ def simulate_scene(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
-
-
-def require_resumable(kinds: tuple[str, ...], functions: Sequence[Callable]) -> None:
-    """Raise `InvalidInput` where a run with a checkpoint is asked for events."""
-    if functions:
-        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
-    if EVENTS in kinds:
-        raise InvalidInput(
-            'a checkpoint keeps no events; leave "events" out of record=, or leave out checkpoint= and resume='
-        )
 
 
 def facts_of(

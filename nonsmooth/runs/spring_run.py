@@ -3,46 +3,25 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.errors import Status
 from nonsmooth.integrators.assembly.progress import LOST
-from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
-from nonsmooth.jit.blocks import named_numbers
-from nonsmooth.results.events import no_rows
 from nonsmooth.results.ledger import DAMPING, ELASTIC, OF_ALL
 from nonsmooth.results.recorded import PAIRS
 from nonsmooth.results.stats import SceneStats, SpringStats
-from nonsmooth.runs.recorder import SceneRecorder
-from nonsmooth.runs.scene_run import SOFT, SceneRun, require_no_joints
-from nonsmooth.runs.times import listed, record_times
-from nonsmooth.scenes.scene import Scene
+from nonsmooth.runs.scene_run import SOFT, SceneRun
+from nonsmooth.runs.times import RecordTimes, listed, record_times
 
 SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
 
 
 class SpringRun(SceneRun):
-    """One run.
-
-    Parameters
-    ----------
-    scene : Scene
-    t_span : (float, float)
-        [s]
-    integrator : Penalty
-    every, t_eval
-        As of `simulate`.
-
-    Raises
-    ------
-    InvalidInput
-        For bodies that move as a function says.
-    """
+    """One run, as `SceneRun`, by `Penalty`."""
 
     works: tuple[str, ...] = (*OF_ALL, ELASTIC, DAMPING)
     what_is_deep = SOFT
@@ -50,25 +29,11 @@ class SpringRun(SceneRun):
     ends = SPRING_ENDS
     assembly: SceneSprings
 
-    def __init__(
-        self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any,
-        recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
-    ) -> None:  # fmt: skip
-        require_no_joints(scene, "Penalty")
+    def _times(self, t_span: tuple[float, float], every: int, t_eval: Any) -> RecordTimes:
+        """The record times, or start and end where every so many steps are recorded."""
         times, self.every = record_times(t_span, every, t_eval)
         self.is_counted = self.every == 0
-        guided = [body.name for body in scene.bodies if body.motion is not None]
-        if guided:
-            raise InvalidInput(
-                f"{guided[0]} moves as a function says, which Penalty does not follow within its steps; give it an "
-                "even velocity, or take MoreauJean(dt)"
-            )
-        self._begin(scene, integrator, listed(times), recorder, project, functions)
-        if self.world.surfaces.has_laws:
-            raise InvalidInput(
-                "Penalty rubs by Coulomb's law in a scene, and a material of it has a law of the sliding speed; take "
-                "MoreauJean(dt)"
-            )
+        return listed(times)
 
     def _assemble(self) -> SceneSprings:
         """The scene in motion."""
@@ -100,20 +65,8 @@ class SpringRun(SceneRun):
     def stats(self) -> SceneStats:
         """What the run cost."""
         course, scales = self.assembly.progress, self.assembly.scales
-        counts, figures = named_numbers(course.counts), named_numbers(course.figures)
-        longest = float(scales.longest)
-        springs = SpringStats(
-            self.assembly.omega, longest, float(course.longest_h), float(course.shortest_h), int(course.rejected)
-        )
-        return SceneStats(
-            counts["steps"], int(self.assembly.network.n_c), counts["most_contacts"], 0, {}, 0, 0, 0, 0,
-            self.assembly.tol, 0.0, 0.0, 0, figures["penetration"], figures["last_penetration"], self.wall_time,
-            self.compile_time, springs=springs,
-        )  # fmt: skip
-
-    def paradox_rows(self) -> np.ndarray:
-        """None: springs have a motion whatever the friction."""
-        return no_rows()
+        steps = float(scales.longest), float(course.longest_h), float(course.shortest_h)
+        return replace(super().stats(), springs=SpringStats(self.assembly.omega, *steps, int(course.rejected)))
 
     def message(self) -> str:
         """How the run ended, in a sentence."""

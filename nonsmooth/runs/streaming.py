@@ -238,6 +238,8 @@ class StreamingRecorder(Stream, Recorder):
 class StreamingSceneRecorder(Stream, SceneRecorder):
     """Records of a scene go to a file; ``kinds`` as of `SceneRecorder`."""
 
+    is_resumed = True
+
     def __init__(self, kinds: tuple[str, ...], facts: Callable[..., dict[str, Any]], place: Place) -> None:
         Stream.__init__(self, facts, place)
         SceneRecorder.__init__(self, kinds)

@@ -14,6 +14,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.pairs import Pairs, begin_pairs, exchanged, list_pairs, settle_pairs, with_room
+from nonsmooth.integrators.assembly.paradox_events import Paradoxes
 from nonsmooth.integrators.assembly.progress import DONE, MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS
 from nonsmooth.integrators.assembly.sleep import ContactRows, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
@@ -71,14 +72,15 @@ class SceneSprings:
     Raises
     ------
     InvalidInput
-        For options that a scene does not take, and a stiffness that rounding does not resolve.
+        For a stiffness that rounding does not resolve.
     """
+
+    n_islands = 0  # of contact problems, which springs have none of
 
     def __init__(
         self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, options: Penalty, t_0: float, t_1: float,
         keeps_pairs: bool = False,
     ) -> None:  # fmt: skip
-        require_for_scenes(options)
         self.bodies, self.shapes, self.surfaces, self.tol = bodies, shapes, surfaces, options.rtol
         self.dim, n_b, n_s = len(bodies.gravity), len(bodies.mass), len(shapes.body)
         sizes = {"n_b": n_b, "n": 3 * (self.dim - 1), "n_x": 4 * self.dim - 5}
@@ -95,6 +97,7 @@ class SceneSprings:
             self.stages = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
         self.stages.load()
         self.progress: Course = new(Course)
+        self.paradoxes: Paradoxes = new(Paradoxes, most=0, told=0)  # springs have a motion whatever the friction
         self.progress.t = self.progress.target = t_0
         self.progress.h = FIRST * self.scales.longest
         if not math.isfinite(self.scales.longest):  # nothing that moves
@@ -136,6 +139,11 @@ class SceneSprings:
     def contact_rows(self) -> ContactRows:
         """The contacts of the last step, with their forces."""
         return rows_of_step(self.found, self.network, self.network.P)
+
+    @property
+    def n_contacts(self) -> int:
+        """Those of the last step."""
+        return int(self.network.n_c)
 
     def exchanged(self) -> dict[str, np.ndarray]:
         """What each pair of bodies exchanged since the record before."""
@@ -220,15 +228,6 @@ class SceneSprings:
         places.motion = self.bodies.motion.address
         for name in SPRING_PLACES:
             setattr(places, name, getattr(self, name).address)
-
-
-def require_for_scenes(options: Penalty) -> None:
-    """Raise `InvalidInput` for options that a scene does not take."""
-    if options.law == "hunt-crossley" and not isinstance(options.friction, Regularised):
-        raise InvalidInput(
-            "hunt-crossley has no stiffness [N/m] that a tangential spring could have a part of; give "
-            "friction=ns.Regularised(v_s), or another law"
-        )
 
 
 def require_resolved(options: Penalty, omega: float, size: float) -> None:

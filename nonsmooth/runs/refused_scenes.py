@@ -1,0 +1,93 @@
+"""What the steps of scenes refuse, in one list: each with what ends it, or with the method that takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.integrators.penalty.law import Regularised
+from nonsmooth.results.recorded import EVENTS
+from nonsmooth.runs.recorder import SceneRun
+
+
+def require_taken(run: SceneRun, project: bool, functions: Sequence[Callable], threads: int) -> None:
+    """Raise `InvalidInput` for the first thing of a run that its method does not take; ``functions`` are events."""
+    for sentence in refused(run, project, functions, threads):
+        raise InvalidInput(sentence)
+
+
+def refused(run: SceneRun, project: bool, functions: Sequence[Callable], threads: int) -> Iterator[str]:
+    """All that a method does not take of what was asked for."""
+    yield from refused_by_all(run, project, functions)
+    if isinstance(run.integrator, MoreauJean):
+        yield from refused_by_steps(run)
+    else:
+        yield from refused_by_springs(run, threads)
+
+
+def refused_by_all(run: SceneRun, project: bool, functions: Sequence[Callable]) -> Iterator[str]:
+    """What neither of them takes."""
+    scene = run.scene
+    if len(scene.bodies) == 0:
+        yield "the scene has no bodies; add them by scene.body(...), scene.fixed(...)"
+    for body in scene.bodies:
+        if body.material.impact not in (None, "newton"):
+            yield (
+                f"{body.name} is of {body.material}, and a step of scenes rebounds by Newton's law; EventDriven and "
+                "Adaptive take the others in a scene of few contacts"
+            )
+    if project and scene.joints:
+        yield (
+            f"project=True moves bodies apart that no joint holds, and the scene has {scene.joints[0].name}; move "
+            "them apart by hand"
+        )
+    if run.recorder.is_resumed and functions:
+        yield "a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume="
+    if run.recorder.is_resumed and EVENTS in run.recorder.kinds:
+        yield 'a checkpoint keeps no events; leave "events" out of record=, or leave out checkpoint= and resume='
+
+
+def refused_by_steps(run: SceneRun) -> Iterator[str]:
+    """What `MoreauJean` does not take."""
+    if run.integrator.projection:
+        yield "bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean"
+    if run.integrator.specialise is True:
+        yield (
+            "a loop is compiled for a System alone, the steps of a scene are the same for all; leave out "
+            "specialise= of MoreauJean"
+        )
+    if run.integrator.compliance is not None:
+        yield from refused_joints(run, "MoreauJean with compliance=")
+
+
+def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
+    """What `Penalty` does not take."""
+    yield from refused_joints(run, "Penalty")
+    if threads > 1:
+        yield (
+            "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "
+            "short that to hand them over costs what is gained; leave out threads=, or take MoreauJean(dt)"
+        )
+    for body in run.scene.bodies:
+        if body.motion is not None:
+            yield (
+                f"{body.name} moves as a function says, which Penalty does not follow within its steps; give it an "
+                "even velocity, or take MoreauJean(dt)"
+            )
+    if run.world.surfaces.has_laws:
+        yield (
+            "Penalty rubs by Coulomb's law in a scene, and a material of it has a law of the sliding speed; take "
+            "MoreauJean(dt)"
+        )
+    if run.integrator.law == "hunt-crossley" and not isinstance(run.integrator.friction, Regularised):
+        yield (
+            "hunt-crossley has no stiffness [N/m] that a tangential spring could have a part of; give "
+            "friction=ns.Regularised(v_s), or another law"
+        )
+
+
+def refused_joints(run: SceneRun, what: str) -> Iterator[str]:
+    """Joints, where they are not known."""
+    if run.scene.joints:
+        yield f"{what} does not hold joints, and the scene has {run.scene.joints[0].name}; take MoreauJean(dt), rigid"
