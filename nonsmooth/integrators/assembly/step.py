@@ -1,14 +1,8 @@
-"""A scene in motion: the blocks of its steps, and the room that they need.
-
-The steps themselves are compiled (stages.py); they come back where a block is too small, which is
-then made larger, with all that is in it.
-"""
+"""A scene in motion: the blocks of its steps, which are compiled (stages.py), and the room that they need."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,13 +23,14 @@ from nonsmooth.integrators.assembly.friction import take_friction, update_fricti
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.in_motion import ROOM, InMotion, Stages
 from nonsmooth.integrators.assembly.joints import (
     Joints,
     joint_of,
     leave_out_joined,
     write_joints,
 )
-from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs, begin_pairs, exchanged, with_room
+from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
 from nonsmooth.integrators.assembly.planar import predict_planar
@@ -43,10 +38,7 @@ from nonsmooth.integrators.assembly.progress import (
     DOUBTFUL,
     EXAMINED,
     FIND,
-    MORE_BOOKS,
-    MORE_CONTACTS,
     MORE_FACTORS,
-    MORE_PAIRS,
     NOT_MET,
     PREDICT,
     REBOUND,
@@ -58,11 +50,11 @@ from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep,
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
-from nonsmooth.jit import Kernel, interpreted, load_all
+from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import FIRST_JOINT, NOT_FINITE, Found
+from nonsmooth.scenes.detection import FIRST_JOINT, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -79,7 +71,6 @@ REACH_SHARE = 0.25  # chosen: of the largest bounded shape that the margin may b
 DRIVEN_IN = {2: 3e-4, 3: 1e-3}
 TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a rounding, and is not taken back
 MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do not end
-ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
 OF_REBOUNDS = (ask_rebounds, limit_rebounds, book_landing, book_impact)  # defined: in the plane and in space
 
@@ -110,19 +101,6 @@ CARRIED = (
     "bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "pairs", "progress", "paradoxes",
     "parts",
 )  # fmt: skip
-
-
-class Stages(NamedTuple):
-    """The compiled steps of the plane or of space."""
-
-    take: Kernel
-    find: Kernel
-    scratch: Callable[[Shapes, int], Any]
-    others: tuple[Kernel, ...]  # that are called by ``take``
-
-    def load(self) -> None:
-        """Compile them, or read them from disk."""
-        load_all([self.take, self.find, *self.others])
 
 
 def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: tuple[Kernel, ...] = ()) -> Stages:
@@ -171,7 +149,7 @@ def contacts_of(shapes: Shapes, dim: int) -> tuple[Kernel, ...]:
     return tuple(found for found, has in rare if has.any())
 
 
-class Assembly:
+class Assembly(InMotion):
     """A scene in motion.
 
     Parameters
@@ -192,6 +170,8 @@ class Assembly:
     keeps_pairs : bool
         Whether what each pair of bodies exchanges is summed up (pairs.py).
     """
+
+    handed, kept = PLACES, CARRIED
 
     def __init__(
         self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
@@ -221,7 +201,7 @@ class Assembly:
         self.smallest = float(bounded.min(initial=np.inf))
         progress.tight = TIGHT * self.smallest if len(bounded) else 0.0
         self.gravity = float(np.linalg.norm(bodies.gravity))
-        self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
+        self._make_scratch(4 * n_s + 64)
         self.fill = 10 * min(len(bodies.mass), 200) + 100
         self.contacts: Contacts = new(Contacts, m=0, n_s=n_s, d=self.dim)
         self.asleep: Asleep = new(Asleep, m=0, n_b=len(bodies.mass), d=self.dim)
@@ -259,13 +239,6 @@ class Assembly:
                 progress.has_verdicts = len(self.verdicts) > 0
             elif end == EXAMINED:
                 continue
-            elif end == MORE_CONTACTS:
-                self._make_room(int(ROOM * int(progress.wanted)))
-            elif end == MORE_PAIRS:
-                self.scratch = self.stages.scratch(self.shapes, int(ROOM * int(progress.wanted)))
-                self._write_places()
-            elif end == MORE_BOOKS:
-                self._make_room_for_pairs(int(ROOM * int(progress.wanted)))
             elif end == NOT_MET:
                 self.rescue()
                 if progress.is_strict:
@@ -275,7 +248,7 @@ class Assembly:
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()
-            else:
+            elif not self.make_more_room(end):
                 return end
 
     def rescue(self) -> None:
@@ -313,22 +286,12 @@ class Assembly:
             self.take_steps(float(self.progress.whole), 1)
 
     def find_contacts(self, margin: float = 0.0) -> int:
-        """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or
-        NOT_FINITE where a body is nowhere."""
-        while True:
+        """``InMotion.find_contacts``, without those between bodies that a joint holds."""
+        n = super().find_contacts(margin)
+        if self.joints.count > 0 and n >= 0:
             places = self.progress.places
-            n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
-            if 0 <= n <= len(self.found.gap):
-                if self.joints.count > 0:
-                    n = int(leave_out_joined(places.joints, places.shapes, places.found, n))
-                return n
-            if n > 0:
-                self._make_room(int(ROOM * n))
-            elif n > NOT_FINITE:
-                self.scratch = self.stages.scratch(self.shapes, int(ROOM * -n))
-                self._write_places()
-            else:
-                return NOT_FINITE
+            n = int(leave_out_joined(places.joints, places.shapes, places.found, n))
+        return n
 
     def write_rows(self, dt: float) -> None:
         """The rows of the contacts that were found, as of a step of a length [s]."""
@@ -372,14 +335,6 @@ class Assembly:
         np.add.at(impulses, interpreted(joint_of)(keys), P)
         return impulses
 
-    def exchanged(self) -> dict[str, np.ndarray]:
-        """What each pair of bodies exchanged since the record before."""
-        return exchanged(self.pairs)
-
-    def begin_pairs(self) -> None:
-        """What pairs of bodies exchange is summed up anew."""
-        begin_pairs(self.pairs.address)
-
     @property
     def desk(self) -> Block:
         """Where islands are solved, but by other threads."""
@@ -397,11 +352,6 @@ class Assembly:
         return int(self.network.islands.count + self.asleep.count - self.asleep.new_islands)
 
     @property
-    def carried(self) -> dict[str, Block]:
-        """All that the next step depends on, factors and the waits of the solvers among it."""
-        return {name: getattr(self, name) for name in CARRIED}
-
-    @property
     def sizes(self) -> np.ndarray:
         """Of the blocks: contacts, factors and pairs that there is room for."""
         return np.array([len(self.found.gap), self.fill, len(self.pairs.i)])
@@ -412,10 +362,6 @@ class Assembly:
         if self.pairs.is_asked:
             self._make_room_for_pairs(n_p)
         self._make_room(m)
-
-    def go_on(self) -> None:
-        """Let the steps find the blocks of this process."""
-        self._write_places()
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the impulses of the step before are carried over."""
@@ -443,11 +389,6 @@ class Assembly:
         self.network, self.asleep = network, asleep
         self._make_solver()
 
-    def _make_room_for_pairs(self, n_p: int) -> None:
-        """A block for n_p pairs, with those that there are."""
-        self.pairs = with_room(self.pairs, n_p, self.dim)
-        self._write_places()
-
     def _make_solver(self) -> None:
         """The memory of the solvers, for the contacts and the factors that there is room for."""
         sizes = {"m": len(self.found.gap), "n_b": len(self.bodies.mass), "d": self.dim, "n": 3 * (self.dim - 1)}
@@ -456,14 +397,7 @@ class Assembly:
         self.solver.direct.desk.graph.end = self.fill
         self.solver.tol, self.solver.most_sweeps, self.solver.most_factors = self.tol, self.sweeps, MOST_FACTORS
         self.solver.over_relaxation, self.solver.most_inside = OVER_RELAXATION, self.interior
-        self._write_places()
-
-    def _write_places(self) -> None:
-        """Where the blocks are now."""
-        places = self.progress.places
-        places.motion = self.bodies.motion.address
-        for name in PLACES:
-            setattr(places, name, getattr(self, name).address)
+        self.go_on()
 
 
 def write_masses(bodies: Bodies, network: Network) -> None:

@@ -13,23 +13,30 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
-from nonsmooth.integrators.assembly.pairs import Pairs, begin_pairs, exchanged, list_pairs, settle_pairs, with_room
+from nonsmooth.integrators.assembly.in_motion import InMotion
+from nonsmooth.integrators.assembly.in_motion import Stages as Kernels
+from nonsmooth.integrators.assembly.pairs import Pairs, begin_pairs, list_pairs, settle_pairs
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes
-from nonsmooth.integrators.assembly.progress import DONE, MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS
+from nonsmooth.integrators.assembly.progress import DONE
 from nonsmooth.integrators.assembly.sleep import ContactRows, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
-from nonsmooth.integrators.assembly.step import ROOM, contacts_of, write_masses
-from nonsmooth.integrators.assembly.step import Stages as Kernels
+from nonsmooth.integrators.assembly.step import contacts_of, write_masses
 from nonsmooth.integrators.penalty.law import LAWS, Regularised, TangentialSpring
 from nonsmooth.integrators.penalty.options import TIME_RESOLUTION, Penalty
 from nonsmooth.integrators.springs.exchange import N_POWERS, book_exchanges
 from nonsmooth.integrators.springs.law import Law, Springs
 from nonsmooth.integrators.springs.rates import Books, Stages
-from nonsmooth.integrators.springs.steps import Course, Scales, take_spring_steps_planar, take_spring_steps_spatial
+from nonsmooth.integrators.springs.steps import (
+    Course,
+    Scales,
+    SpringPlaces,
+    take_spring_steps_planar,
+    take_spring_steps_spatial,
+)
 from nonsmooth.integrators.springs.table import STAGES
-from nonsmooth.jit.blocks import Block, new
+from nonsmooth.jit.blocks import new
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import NOT_FINITE, Found
+from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import POLYHEDRON, Shapes
@@ -38,26 +45,9 @@ from nonsmooth.scenes.spatial.placement import spatial_scratch
 
 LONGEST = 1.0  # derived: in 1/omega: a third of the time that a contact lasts, and as far as the method is stable
 FIRST = 1e-2  # chosen: of that, the first step
-# defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
-SPRING_PLACES = (
-    "bodies",
-    "shapes",
-    "surfaces",
-    "scratch",
-    "found",
-    "network",
-    "law",
-    "springs",
-    "rates",
-    "books",
-    "scales",
-    "pairs",
-)
-# defined: blocks that a step takes something from that the step before left
-CARRIED = "bodies", "found", "network", "springs", "rates", "books", "pairs", "progress"
 
 
-class SceneSprings:
+class SceneSprings(InMotion):
     """A scene in motion.
 
     Parameters
@@ -75,6 +65,8 @@ class SceneSprings:
         For a stiffness that rounding does not resolve.
     """
 
+    handed = tuple(name for name in SpringPlaces.__annotations__ if name != "motion")
+    kept = "bodies", "found", "network", "springs", "rates", "ledger", "pairs", "progress"
     n_islands = 0  # of contact problems, which springs have none of
 
     def __init__(
@@ -84,7 +76,7 @@ class SceneSprings:
         self.bodies, self.shapes, self.surfaces, self.tol = bodies, shapes, surfaces, options.rtol
         self.dim, n_b, n_s = len(bodies.gravity), len(bodies.mass), len(shapes.body)
         sizes = {"n_b": n_b, "n": 3 * (self.dim - 1), "n_x": 4 * self.dim - 5}
-        self.law, self.rates, self.books = law_of(options), new(Stages, **sizes), new(Books)
+        self.law, self.rates, self.ledger = law_of(options), new(Stages, **sizes), new(Books)
         self.smallest = half_thickness(shapes)
         self.scales = scales_of(bodies, shapes, options, self.smallest)
         self.omega = float(self.scales.omega.max(initial=0.0))
@@ -108,33 +100,17 @@ class SceneSprings:
         self.springs: Springs = self._new_springs(0)
         self._make_room(2 * n_s + 16)
 
-    @property
-    def ledger(self) -> Books:
-        """Its works."""
-        return self.books
-
-    @property
-    def contacts(self) -> Network:
-        """Who has the forces of the contacts, as P."""
-        return self.network
-
     def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
         """Take so many steps, as long as their error allows, to ``progress.target`` at most; returns DONE, LOST or
         VANISHED."""
         first = int(self.progress.counts.steps)
         while True:
             end = int(self.stages.take(self.progress.address, most - (int(self.progress.counts.steps) - first)))
-            if end == MORE_CONTACTS:
-                self._make_room(int(ROOM * max(int(self.progress.wanted), len(self.found.gap))))
-            elif end == MORE_PAIRS:
-                self._make_scratch(int(ROOM * int(self.progress.wanted)))
-                self._write_places()
-            elif end == MORE_BOOKS:
-                self._make_room_for_pairs(int(ROOM * int(self.progress.wanted)))
-            else:
-                if end != DONE:
-                    self.network.n_c = 0  # contacts of a step that was tried in vain
-                return end
+            if not self.make_more_room(end):
+                break
+        if end != DONE:
+            self.network.n_c = 0  # contacts of a step that was tried in vain
+        return end
 
     def contact_rows(self) -> ContactRows:
         """The contacts of the last step, with their forces."""
@@ -145,37 +121,8 @@ class SceneSprings:
         """Those of the last step."""
         return int(self.network.n_c)
 
-    def exchanged(self) -> dict[str, np.ndarray]:
-        """What each pair of bodies exchanged since the record before."""
-        return exchanged(self.pairs)
-
-    def begin_pairs(self) -> None:
-        """What pairs of bodies exchange is summed up anew."""
-        begin_pairs(self.pairs.address)
-
     def end_step(self) -> None:
         """A step that Ctrl-C cut short has ended: the compiled steps come back whole."""
-
-    def find_contacts(self, margin: float = 0.0) -> int:
-        """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or
-        NOT_FINITE."""
-        places = self.progress.places
-        while True:
-            n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
-            if 0 <= n <= len(self.found.gap):
-                return n
-            if n > 0:
-                self._make_room(int(ROOM * n))
-            elif n > NOT_FINITE:
-                self._make_scratch(int(ROOM * -n))
-                self._write_places()
-            else:
-                return NOT_FINITE
-
-    @property
-    def carried(self) -> dict[str, Block]:
-        """All that the next step depends on."""
-        return {name: getattr(self, name) for name in CARRIED}
 
     @property
     def sizes(self) -> np.ndarray:
@@ -190,14 +137,6 @@ class SceneSprings:
             self._make_room_for_pairs(n_p)
         self._make_room(m)
 
-    def go_on(self) -> None:
-        """Let the steps find the blocks of this process."""
-        self._write_places()
-
-    def _make_scratch(self, room: int) -> None:
-        """Room for so many pairs of shapes; a step that had too little left springs behind, so it is carried too."""
-        self.room, self.scratch = room, self.stages.scratch(self.shapes, room)
-
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the springs are carried over, and rates are computed anew."""
         n_b, n, before = len(self.bodies.mass), 3 * (self.dim - 1), self.springs
@@ -210,24 +149,12 @@ class SceneSprings:
         for name in ("key_before", "point_before", "normal_before", "xi"):
             getattr(self.springs, name)[:k] = getattr(before, name)[:k]
         self.progress.is_warm = 0
-        self._write_places()
+        self.go_on()
 
     def _new_springs(self, m: int) -> Springs:
         """Room for m springs, and for what they do at each stage where pairs are asked for."""
         exchanged = self.dim + N_POWERS if self.pairs.is_asked else 0
         return new(Springs, m=m, d=self.dim, stages=STAGES, exchanged=exchanged)
-
-    def _make_room_for_pairs(self, n_p: int) -> None:
-        """A block for n_p pairs, with those that there are."""
-        self.pairs = with_room(self.pairs, n_p, self.dim)
-        self._write_places()
-
-    def _write_places(self) -> None:
-        """Where the blocks are now."""
-        places = self.progress.places
-        places.motion = self.bodies.motion.address
-        for name in SPRING_PLACES:
-            setattr(places, name, getattr(self, name).address)
 
 
 def require_resolved(options: Penalty, omega: float, size: float) -> None:

@@ -61,7 +61,7 @@ class SpringPlaces(Block):
     law: int
     springs: int
     rates: int
-    books: int
+    ledger: int
     scales: int
     pairs: int
 
@@ -119,7 +119,7 @@ def take_steps(course, most, d):
             return MORE_BOOKS
         n_c = try_step(course, h, d)
         if n_c == NO_ROOM_FOR_SPRINGS or n_c > view(course.places.found, Found).gap.shape[0]:
-            course.wanted = max(n_c, 0)
+            course.wanted = max(n_c, view(course.places.found, Found).gap.shape[0])
             return MORE_CONTACTS
         if n_c < 0 and n_c != NOT_FINITE:
             course.wanted = -n_c
@@ -297,7 +297,7 @@ def accept(course, h, d):
     """The end of the step becomes the beginning of the next one."""
     places = course.places
     network, found, law = view(places.network, Network), view(places.found, Found), view(places.law, Law)
-    stages, springs, books = view(places.rates, Stages), view(places.springs, Springs), view(places.books, Books)
+    stages, springs, books = view(places.rates, Stages), view(places.springs, Springs), view(places.ledger, Books)
     for column in range(N_COLUMNS):
         books.work[column] += h * stage_sum(stages.work, LAST_STAGE, 0, column)
         stages.work[0, 0, column] = stages.work[LAST_STAGE, 0, column]
