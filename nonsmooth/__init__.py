@@ -122,6 +122,7 @@ _HOME = {
     "flutter_boundary": "equilibria.flutter_boundary",
     "StabilityBoundary": "equilibria.flutter_boundary",
     "stability_map": "equilibria.stability_map",
+    "plot_stability_map": "drawing.stability_plots",
     "averaged_amplitude": "equilibria.averaging",
     "AveragedMotion": "equilibria.averaging",
     "limit_cycle": "cycles.limit_cycle",

@@ -9,6 +9,7 @@ from nonsmooth.cycles.cycle_branch import continue_cycle as continue_cycle
 from nonsmooth.cycles.limit_cycle import limit_cycle as limit_cycle
 from nonsmooth.drawing.paradox_plots import plot_graphical_problem as plot_graphical_problem
 from nonsmooth.drawing.paradox_plots import plot_map as plot_map
+from nonsmooth.drawing.stability_plots import plot_stability_map as plot_stability_map
 from nonsmooth.drawing.sweep_plot import plot_sweep as plot_sweep
 from nonsmooth.equilibria.averaging import AveragedMotion as AveragedMotion
 from nonsmooth.equilibria.averaging import averaged_amplitude as averaged_amplitude

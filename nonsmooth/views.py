@@ -33,10 +33,14 @@ VIEWS: dict[str, dict[str, str]] = {
     "Ongoing": {"live": "drawing.live.view.live_model"}, "SceneRun": {"live": "drawing.live.view.live_scene"},
     "Scene": {"system": "scenes.as_system.system_of", "state": "scenes.as_system.state_of"},
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
-    "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary",
-                       "html": "results.wording.as_lines"},
-    "SpatialClassification": {"text": "paradox.text.spatial_text", "dictionary": "paradox.text.spatial_dictionary",
-                              "html": "results.wording.as_lines"},
+    "Classification": {
+        "plot": "drawing.classification_plots.plot_classification", "text": "paradox.text.as_text",
+        "dictionary": "paradox.text.as_dictionary", "html": "results.wording.as_lines",
+    },
+    "SpatialClassification": {
+        "plot": "drawing.classification_plots.plot_spatial_classification", "text": "paradox.text.spatial_text",
+        "dictionary": "paradox.text.spatial_dictionary", "html": "results.wording.as_lines",
+    },
     "AveragedMotion": {"plot": "drawing.stability_plots.plot_averaged_motion"},
     "EigenPath": {"plot": "drawing.stability_plots.plot_eigen_path"},
     "stability map": {"plot": "drawing.stability_plots.plot_stability_map"},

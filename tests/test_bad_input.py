@@ -62,6 +62,11 @@ def chart():
 
 
 @functools.cache
+def stability_chart():
+    return ns.stability_map(ModeCoupling(), {"mu": [0.4, 0.6], "cz": [0.5, 1.0]}, sensitivities=False)
+
+
+@functools.cache
 def swept():
     return ns.sweep(ns.RunTask(BALL, t_span=(0, 0.01), integrator=STEP), {"e": [0.2, 0.5]}, progress=False)
 
@@ -142,6 +147,7 @@ CALLS = {
     "plot_map": (lazily(ns.plot_map, chart=chart), {
         "path": None, "boundaries": None, "motions": (), "regions": None, "title": None,
     }),
+    "plot_stability_map": (lazily(ns.plot_stability_map, chart=stability_chart), {"path": None, "units": ("", "")}),
     "plot_graphical_problem": (
         lazily(ns.plot_graphical_problem, cases=lambda: ns.classify(ROD, 0.0, Q, U)), {"path": None, "contact": 0},
     ),
@@ -434,6 +440,8 @@ ROWS = [
     ("plot_map", {"chart": 1}, r"chart must be the Dataset of ns.paradox_map\(...\); got 1"),
     ("plot_map", {"motions": [[1.0, 2.0, 3.0]]}, r"motions must be a list of arrays \(n, 2\); got one of shape \(3,\)"),
     ("plot_map", {"path": "nowhere/map.png"}, r"cannot be written: there is no folder 'nowhere'; choose another path"),
+    ("plot_stability_map", {"chart": 1}, r"chart must be the Dataset of ns.stability_map\(...\); got 1"),
+    ("plot_stability_map", {"units": ("m", 1)}, r"units must be two texts, one for each parameter; got \['m', 1\]"),
     ("plot_graphical_problem", {"cases": []}, r"cases must be a Classification or pairs \(title, Classification\)"),
     ("plot_graphical_problem", {"contact": 2}, r"contact must be a whole number from 0 to 0; got 2"),
     ("critical_friction", {"contact": -1}, r"contact must be a whole number from 0 to 0; got -1"),

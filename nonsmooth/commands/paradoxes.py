@@ -57,7 +57,9 @@ def add_classify(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--restitution", type=number, metavar="E", help="of the impacts listed; the model's by default"
     )
-    add_drawn(command, "draw gamma_N' against la_N of the closed contact; nothing by default")
+    add_drawn(
+        command, "draw gamma_N' against la_N of one contact, or the forces in the cones of several; nothing by default"
+    )
     add_saved(command, "save what --json prints (.json)")
     add_printed(command)
 
@@ -95,11 +97,9 @@ def act_classify(arguments: argparse.Namespace) -> int:
     if arguments.plot:
         require_module("matplotlib", "plot", "figures")
     q, u = initial_state(model, arguments)
-    from nonsmooth.paradox.classify import Classification, classify
+    from nonsmooth.paradox.classify import classify
 
     classification = classify(model, arguments.t, q, u, restitution=arguments.restitution)
-    if arguments.plot and not isinstance(classification, Classification):
-        raise InvalidInput("--plot draws the problem of planar friction; this system has friction in two directions")
 
     def results() -> dict[str, Any]:
         return classification.to_dict() | {"units": units_of_state(model) | UNITS}
@@ -108,12 +108,7 @@ def act_classify(arguments: argparse.Namespace) -> int:
     tell(arguments, lambda: classification, results)
     tell_file(arguments, "result", arguments.out)
     if arguments.plot:
-        from nonsmooth.drawing.paradox_plots import plot_graphical_problem
-
-        closed = [i for i, mode in enumerate(classification.mode) if mode != "open"]
-        title = f"{arguments.model}: {classification.kind.name.lower()}"
-        assert isinstance(classification, Classification)
-        plot_graphical_problem([(title, classification)], arguments.plot, closed[0] if closed else 0)
+        classification.plot(arguments.plot, f"{arguments.model}: {classification.kind.name.lower()}")
         tell_file(arguments, "figure", arguments.plot)
     return 0
 

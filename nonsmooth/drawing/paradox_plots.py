@@ -96,7 +96,8 @@ def plot_map(
     if "kind" not in chart or "n_solutions" not in chart:
         raise InvalidInput(
             "chart must be the Dataset of ns.paradox_map(...), with the kind of each state; got one with "
-            f"{shown(list(map(str, chart.data_vars)))}: ns.plot_sweep draws a sweep"
+            f"{shown(list(map(str, chart.data_vars)))}: ns.plot_sweep draws a sweep, ns.plot_stability_map a map of "
+            "stability"
         )
     if boundaries is not None:
         as_instance("boundaries", boundaries, Boundaries, "what ns.paradox_boundaries(...) gives")
@@ -333,15 +334,21 @@ def compared(x: float) -> str:
 
 def require_drawable(c: Classification, contact: int) -> bool:
     """Whether the contact has friction; InvalidInput where its problem is no line over its own force alone."""
+    if reason := why_no_line(c, contact):
+        raise InvalidInput(f"the graphical problem needs {reason}")
+    return bool(np.isfinite(c.k[contact]).all())
+
+
+def why_no_line(c: Classification, contact: int) -> str:
+    """What is missing where the problem of a contact is no line over its own force alone; nothing where it is one."""
     if sum(mode != "open" for mode in c.mode) != 1 or c.mode[contact] == "open":
         n = sum(mode != "open" for mode in c.mode)
-        raise InvalidInput(f"the graphical problem needs one closed contact, whose force alone matters; here are {n}")
+        return f"one closed contact, whose force alone matters; here are {n}"
     if not np.isfinite(c.p[contact]).all():
-        raise InvalidInput("the graphical problem needs a normal force to be found; that of this contact is given")
-    has_friction = bool(np.isfinite(c.k[contact]).all())
-    if has_friction and not c.mode[contact].startswith("sliding"):
-        raise InvalidInput(
-            "the graphical problem needs a contact without friction, or one that must slide; this one rests, and may "
+        return "a normal force to be found; that of this contact is given"
+    if np.isfinite(c.k[contact]).all() and not c.mode[contact].startswith("sliding"):
+        return (
+            "a contact without friction, or one that must slide; this one rests, and may "
             "stick or slide either way, each with another line: give it a sliding velocity"
         )
-    return has_friction
+    return ""

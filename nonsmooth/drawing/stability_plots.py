@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nonsmooth.checks.arrays import as_instance, as_listed
 from nonsmooth.drawing.colours import BLACK, BLUE, CYCLE, GREY, PALE, STYLES, cycled
 from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
 from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, heading, held_fixed, new_figure, save_figure, set_title
 from nonsmooth.drawing.scene import scene_model
 from nonsmooth.equilibria.linearise import Verdict
+from nonsmooth.errors import InvalidInput, shown
 
 if TYPE_CHECKING:
     import xarray
@@ -298,16 +300,45 @@ def plot_snapshots(solution: Solution, times: Sequence[float], path: str | Path 
 
 
 def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, units: Sequence[str] = ("", "")) -> Any:
-    """Growth rate over two parameters with the boundary of stability.
+    """Draw the growth rate of steady sliding over two parameters, with the boundary of stability.
 
     Parameters
     ----------
     chart : xarray.Dataset
         From `stability_map`; its first parameter is drawn upwards.
     path : path-like, optional
+        Where to save; the ending names the format.
     units : (str, str)
-        Of the two parameters.
+        Of the two parameters; those of the model when left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InvalidInput
+        For another Dataset, for one value of a parameter, and where no point has an equilibrium.
+    MissingExtra
+        When Matplotlib is not installed.
     """
+    import xarray
+
+    as_instance("chart", chart, xarray.Dataset, "the Dataset of ns.stability_map(...)")
+    if not {"growth", "verdict"} <= {str(name) for name in chart.data_vars} or chart.growth.ndim != 2:
+        raise InvalidInput(
+            "chart must be the Dataset of ns.stability_map(...), with the growth over two parameters; got one with "
+            f"{shown(list(map(str, chart.data_vars)))}"
+        )
+    units = as_listed("units", units, "two texts")
+    if len(units) != 2 or not all(isinstance(unit, str) for unit in units):
+        raise InvalidInput(f"units must be two texts, one for each parameter; got {shown(units)}")
+    if min(chart.growth.shape) < 2:
+        raise InvalidInput(
+            f"a map needs two values of each parameter; this one has {chart.growth.shape}: eigen_path draws along one"
+        )
+    if np.isnan(chart.growth.values).all():
+        raise InvalidInput("there is nothing to draw: no point of this map has an equilibrium")
     from matplotlib.patches import Patch
 
     (y_name, y_unit), (x_name, x_unit) = zip(chart.growth.dims, units, strict=True)
@@ -320,6 +351,7 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
         x, y, chart.growth.values, cmap="RdBu_r", vmin=-size, vmax=size, shading="nearest", rasterized=True
     )
     unstable = np.where(np.isnan(chart.verdict.values), 0.0, chart.verdict.values > 1)
+    axes.set_facecolor(PALE)  # seen where there is no growth rate
     if unstable.min() < unstable.max():
         axes.contour(x, y, chart.growth.values, levels=[0.0], colors="black", linewidths=1.4)
         area = axes.contourf(x, y, chart.growth.values, levels=[0.0, 2 * most], colors="none", hatches=["//"])
@@ -328,7 +360,9 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
         axes.legend(handles=[Patch(facecolor="none", hatch="//", edgecolor=GREY, label="unstable")], fontsize=LETTER,
                     loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, borderaxespad=0.1)  # fmt: skip
     figure.colorbar(colours, label="growth max Re $s$ [1/s]", extend="both" if most > size else "neither")
-    set_title(figure, held_fixed(chart, TITLE_LETTERS))
+    missing = int(np.isnan(chart.growth.values).sum())
+    rows = [f"no equilibrium found in {missing} of {chart.growth.size} points (grey)"] if missing else []
+    set_title(figure, "\n".join([held_fixed(chart, TITLE_LETTERS), *rows]))
     axes.set_xlabel(parameter_label(str(x_name), unit=x_unit or chart[x_name].attrs.get("units", "")))
     axes.set_ylabel(parameter_label(str(y_name), unit=y_unit or chart[y_name].attrs.get("units", "")))
     return save_figure(figure, path)

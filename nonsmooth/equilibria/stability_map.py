@@ -40,8 +40,8 @@ def stability_map(
     -------
     xarray.Dataset
         ``growth`` max Re s [1/s], ``frequency`` of that eigenvalue [rad/s], ``verdict`` (Verdict), ``is_virtual``, and
-        ``d_growth_d_NAME``. Growth is NaN where no equilibrium is found. After Ctrl-C it is NaN from there on, and the
-        attribute ``points_reached`` counts those that were looked at.
+        ``d_growth_d_NAME``; `plot_stability_map` draws it. Growth is NaN where no equilibrium is found. After Ctrl-C it
+        is NaN from there on, and the attribute ``points_reached`` counts those that were looked at.
 
     Raises
     ------

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -178,6 +179,23 @@ class Classification:
 
     def __repr__(self) -> str:
         return f"Classification({self.kind.name}, n_solutions={self.n_solutions}, is_complete={self.is_complete})"
+
+    def plot(self, path: str | Path | None = None, title: str = "") -> Any:
+        """Draw the state: gamma_N' against la_N where one contact that slides decides, else the forces of every
+        solution in the friction cones of the contacts. See `plot_graphical_problem`.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to save; the ending names the format.
+        title : str
+            What stands above; the kind by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return view(self, "plot")(self, path, title)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain lists, numbers and strings, as for JSON (which knows no nan: see ``json.dumps(allow_nan=)``)."""

@@ -18,6 +18,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,6 +132,22 @@ class SpatialClassification:
         return (
             f"SpatialClassification({self.kind.name}, n_solutions={self.n_solutions}, is_complete={self.is_complete})"
         )
+
+    def plot(self, path: str | Path | None = None, title: str = "") -> Any:
+        """Draw the forces of every solution, |la_T| and la_N, in the friction cones of the contacts.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to save; the ending names the format.
+        title : str
+            What stands above; the kind by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return view(self, "plot")(self, path, title)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain lists, numbers and strings."""

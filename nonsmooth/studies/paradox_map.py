@@ -68,7 +68,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int 
         the least of the slides that the state admits, so that p < 0 is the paradox; ``la_N`` and ``modes`` of each
         solution. The attributes ``flag_values`` and ``flag_meanings`` explain codes; the dimension ``contact`` is there
         with several contacts. After Ctrl-C it ends with the value of the first axis that was reached, states that
-        were not have the kind NOT_REACHED, and the attribute ``interrupted`` is 1.
+        were not have the kind NOT_REACHED, and the attribute ``interrupted`` is 1. `plot_map` draws it.
 
     Raises
     ------

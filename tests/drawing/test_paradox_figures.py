@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BeltOscillator, BilateralRod, FollowerForceArm, PainleveRod, SpragSlip, WallPendulum
+from models import BeltOscillator, BilateralRod, BilliardBall, FollowerForceArm, PainleveRod, SpragSlip, WallPendulum
 from nonsmooth.drawing.paradox_plots import plot_graphical_problem, plot_map
 from tests.drawing.looks import faults
 
@@ -112,6 +113,80 @@ def test_states_without_a_graphical_problem_are_refused_with_the_reason():
     for model, words in ((FollowerForceArm(), "needs a contact"), (BeltOscillator(), "is given")):
         with pytest.raises(ns.InvalidInput, match=words):
             plot_graphical_problem(ns.classify(model, 0.0, *model.state()))
+
+
+def rods_on_the_ground(turning):
+    """Rods that slide at -1 m/s under 60 degrees with mu = 2, one for each rate of turning: each two solutions or none.
+
+    p = (1 + 3 cos th (cos th - mu sin th))/m < 0 of a thin rod (Génot, Brogliato 1999), and b = l/2 thdot^2 sin th - g.
+    """
+    made = ns.Scene(gravity=(0, -9.81))
+    made.fixed(ns.HalfPlane((0, 1)), name="ground", material=ns.Material(mu=2.0))
+    th, half = math.pi / 3, 0.5
+    centre = half * np.array([math.cos(th), math.sin(th)])
+    for k, spin in enumerate(turning):
+        made.body(ns.Polygon([(-half, 0), (0, -1e-3), (half, 0), (0, 1e-3)]), mass=1.0, material=ns.Material(mu=2.0),
+                  position=(2 * k + centre[0], centre[1]), turn=th, spin=spin,
+                  velocity=(-1 - spin * centre[1], spin * centre[0]), name=f"rod {k}")  # fmt: skip
+    system = made.system(pairs=[(f"rod {k}", "ground") for k in range(len(turning))])
+    return ns.classify(system, 0.0, *made.state())
+
+
+def drawn_points(axes):
+    """Forces of the solutions on an axis of a cone, in their order."""
+    lines = [line for line in axes.lines if line.get_marker() not in ("None", "")]
+    return np.array([line.get_xydata()[0] for line in lines]).reshape(-1, 2)
+
+
+def test_a_state_of_several_contacts_is_drawn_as_forces_in_their_cones():
+    case = rods_on_the_ground([6.0, 6.0])
+    figure = case.plot(title="two rods")
+    first, second = figure.axes
+    assert case.n_solutions == 4 and "two rods\nindeterminate: 4 sets of forces" in figure.get_suptitle()
+    for axes, i in ((first, 0), (second, 4)):
+        np.testing.assert_array_equal(drawn_points(axes), [(s.la_F[i], s.la_N[i]) for s in case.solutions])
+        (cone,) = axes.patches
+        (x_0, y_0), *_ = cone.get_xy()[1:2]
+        assert x_0 == pytest.approx(-2.0 * y_0) and axes.get_xlabel() == "$\\lambda_F$ [N]"
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"1: free, free", "4: slide -, slide -"} <= set(named) and faults(figure) == []
+
+
+def test_a_state_without_forces_shows_its_cones_and_says_so():
+    figure = rods_on_the_ground([6.0, 0.0]).plot()
+    assert "inconsistent: no forces fit" in figure.get_suptitle() and not len(drawn_points(figure.axes[0]))
+
+
+def test_of_many_contacts_and_solutions_the_first_have_names():
+    figure = rods_on_the_ground([6.0] * 7).plot()
+    assert "6 of 7 closed contacts" in figure.get_suptitle() and "128 sets" in figure.get_suptitle()
+    assert len(drawn_points(figure.axes[0])) == 128
+    assert figure.legends[0].get_texts()[-1].get_text() == "120 others"
+
+
+def test_a_contact_that_rests_lies_within_its_cone_and_one_that_slides_in_space_on_it():
+    rod = PainleveRod(mu=2.0)
+    (axes,) = ns.classify(rod, state=dict(slip=0.0, thdot=0.0)).plot().axes
+    ((x, y),) = drawn_points(axes)
+    assert abs(x) < 2.0 * y
+    ball = BilliardBall()
+    (axes,) = ns.classify(ball, 0.0, *ball.state()).plot().axes
+    ((x, y),) = drawn_points(axes)
+    assert x == pytest.approx(ball.mu * y, rel=1e-12) and "lambda_T|" in axes.get_xlabel()
+
+
+def test_a_contact_alone_that_slides_is_drawn_as_a_line_and_a_corner(tmp_path):
+    rod = PainleveRod(mu=2.0)
+    figure = ns.classify(rod, state=dict(thdot=6.0)).plot(tmp_path / "rod.png", "a rod")
+    assert figure.axes[0].get_title() == "a rod" and "gamma" in figure.axes[0].get_ylabel()
+    assert (tmp_path / "rod.png").stat().st_size > 0
+    arm = FollowerForceArm()
+    assert "no contact is closed" in ns.classify(arm, 0.0, *arm.state()).plot().axes[0].texts[0].get_text()
+
+
+def test_a_copy_of_a_classification_in_another_process_is_drawn_too():
+    case = pickle.loads(pickle.dumps(rods_on_the_ground([6.0])))
+    assert case.plot().axes[0].get_xlabel() == "$\\lambda_N$ [N]"
 
 
 def test_no_letter_stands_over_another_in_figures_of_paradoxes():

@@ -143,6 +143,16 @@ def test_map_is_drawn_with_its_boundary():
     assert plot_stability_map(chart, units=("", "N s/m")).axes[0].get_xlabel() == "cz [N s/m]"
 
 
+def test_points_of_a_map_without_an_equilibrium_are_grey_and_counted():
+    chart = ns.stability_map(ModeCoupling(), {"mu": [0.4, 0.6], "cz": [0.5, 1.0]}, sensitivities=False)
+    chart.growth[0, 1] = chart.verdict[0, 1] = np.nan
+    figure = ns.plot_stability_map(chart)
+    assert "no equilibrium found in 1 of 4 points (grey)" in figure.get_suptitle()
+    assert np.ma.getmaskarray(figure.axes[0].collections[0].get_array()).sum() == 1
+    with pytest.raises(ns.InvalidInput, match="no point of this map has an equilibrium"):
+        ns.plot_stability_map(chart * np.nan)
+
+
 def test_no_letter_stands_over_another_in_figures_of_stability():
     models = {"undamped": ModeCoupling(cx=0.0, cz=0.0), "damped": ModeCoupling()}
     paths = {label: ns.eigen_path(model, "mu", np.linspace(0.0, 1.0, 21)) for label, model in models.items()}
