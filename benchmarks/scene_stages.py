@@ -30,7 +30,7 @@ FACTOR_ROOM = 1.5  # chosen: by which there is more room for factors than was wa
 
 
 class Stepper:
-    """A motion whose steps are taken stage by stage; bodies that rebound it does not know."""
+    """A motion whose steps are taken stage by stage; it does not know bodies that rebound, nor divided steps."""
 
     def __init__(self, motion: Any) -> None:
         self.assembly, self.dt = motion.run.assembly, motion.dt
@@ -46,6 +46,7 @@ class Stepper:
     def step(self) -> None:
         """One step."""
         assembly, progress, at, dt = self.assembly, self.assembly.progress, self.assembly.progress.places, self.dt
+        progress.dt = dt
         self.timed("predict", predict_spatial, at.bodies, dt)
         margin = interpreted(margin_of)(progress, assembly.bodies)
         n = self.timed("find", assembly.stages.find, at.shapes, at.motion, dt, margin, at.found, at.scratch)
@@ -67,7 +68,7 @@ class Stepper:
         pushed = self.timed("move", move_bodies_spatial, *moved, dt, progress.theta, progress.tight)
         booked = at.bodies, at.found, at.contacts, at.network, at.moves, at.ledger
         self.timed("book", book_step, *booked, dt, pushed)
-        self.timed("book", note_held, *wanders)
+        self.timed("book", note_held, *wanders, dt)
         interpreted(take_spins)(assembly.bodies, assembly.bodies.motion.v)
 
     def solve(self) -> None:
@@ -98,7 +99,7 @@ def make_stepper(scene: SphereBox, options: dict[str, Any]) -> Stepper:
     motion = adapter("nonsmooth_scenes").Motion(scene.scene(), scene.dt, **options)
     motion.run.assembly._make_room(ROOM * scene.n + ROOM_OF_FEW)
     motion.run.assembly.scratch = motion.run.assembly.stages.scratch(motion.run.assembly.shapes, PAIRS * scene.n)
-    motion.run.assembly._write_places()
+    motion.run.assembly.go_on()
     motion.step(0)  # sets the margin of the search
     return Stepper(motion)
 

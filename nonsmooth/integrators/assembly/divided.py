@@ -9,12 +9,12 @@ a is the acceleration of the gap under all impulses of the whole step but its ow
 t_l; in it the contact may approach freely, b_N >= 2 g dt - gamma_0, since a partial impulse beside a corner that is
 pressed would take more than an impact does. If it would be met before, since the other impulses are not those of the
 whole step, the part is taken again, shorter. The second part begins with the whole impact, b_N = 0, over what is left
-of the gap. Both are steps of the scheme, of their own lengths; so there may be several parts. The impulses of a step
-are those of all of them.
+of the gap. Where bodies rebound, it has next to no length and ends with that (impact.py), and a third part takes the
+rest of the step. All are steps of the scheme, of their own lengths; the impulses of a step are those of all of them.
 
-Steps are divided in small scenes without restitution, where a body lands on one that impulses do not move, faster than
-``FAST`` steps of gravity bring it to: two bodies that are both free keep their angular momentum to rounding in a step
-that is not divided.
+Steps are divided in small scenes, where a body lands on one that impulses do not move, faster than ``FAST`` steps of
+gravity bring it to, and not so fast that it may turn another corner to what is thin. Two bodies that are both free keep
+their angular momentum to rounding in a step that is not divided.
 """
 
 from __future__ import annotations
@@ -24,24 +24,28 @@ from typing import Annotated as Array
 
 import numpy as np
 
-from nonsmooth.contact.network.joint import acts, is_joint
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.project import fall_of, normal_velocity
 from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.scenes.detection import FIRST_JOINT, Found
+from nonsmooth.scenes.shape_rows import Shapes
 
 FAST = 4.0  # chosen: times g dt, the velocity of approach of a landing: what is slower loses less than the step does
-SOON = 0.05  # chosen: of a step, before which a landing is one at its beginning
 IN_SECOND_HALF = 0.5  # chosen: of a part: what would land before it at its velocity is not let in
-SHORT_OF_IT = 0.999  # chosen: of the time to a landing, a part that is taken again; and of a step, a first part
+# chosen: of the reach of a body, its way in a step: one of 100 m/s that spins went through a wall of a millimetre
+NEAR_ENOUGH = 0.5
+SHORT_OF_IT = 0.999  # chosen: of the time to a landing, a part that is taken again
 PAST_IT = 1e-9  # chosen: of the way of a contact in a part: what is overlapped less is a rounding
-LEFT_OVER = 2.0 * (1.0 - SHORT_OF_IT)  # derived: of the way in a step: a gap that the part before may have left
+LEFT_OVER = 2.0 * (1.0 - SHORT_OF_IT)  # derived: of the way in a step: over such a gap a contact lands at once
+STROKE = 1e-9  # chosen: of a step, the part in which what has landed rebounds
 MOST_DIVISIONS = 12  # chosen: of a step: corners that land within it, and parts that are taken again
-UNDIVIDED = 1.0  # code: the share of a step that is not divided
+UNDIVIDED = 2.0  # code: the share of a step in which nothing lands
 NO_KEY = -1  # code: of no contact
 
 
@@ -60,23 +64,33 @@ class Parts(Block):
     P: Array[Floats, "m", "d"]  # impulses in the axes of the world
 
 
-@kernel("float64(int64, int64, int64, float64)")
-def part_to_landing(bodies_at, found_at, network_at, dt):
-    """The share of the solved step that ends at the first landing, UNDIVIDED where nothing lands within it."""
-    bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
+@kernel("float64(int64, int64, int64, int64, int64, float64, float64)")
+def part_to_landing(bodies_at, shapes_at, found_at, contacts_at, network_at, dt, whole):
+    """The share of the solved step up to the first landing: 0 where what lands at once rebounds, 1 where it is due
+    later, and UNDIVIDED where nothing lands."""
+    bodies, shapes, found = view(bodies_at, Bodies), view(shapes_at, Shapes), view(found_at, Found)
+    contacts, network = view(contacts_at, Contacts), view(network_at, Network)
     for b in range(bodies.mass.shape[0]):
         if bodies.motion.moves[b] == 0 and turns_or_gains(bodies, b):
             return UNDIVIDED
     part, n, fast = UNDIVIDED, network.v.shape[1], FAST * fall_of(bodies, dt)
     for c in range(network.n_c):
-        if found.gap[c] > 0.0 and is_on_the_ground(bodies, network, c):
+        if is_on_the_ground(bodies, network, c):
             before, _ = normal_velocity(network, c, bodies.v_0, n)
+            if before >= -fast:
+                continue
+            if -before * whole > NEAR_ENOUGH * min(
+                reach_of(shapes, found.shape_i[c]), reach_of(shapes, found.shape_j[c])
+            ):
+                return UNDIVIDED
+            if found.gap[c] <= -LEFT_OVER * whole * before:
+                part = 0.0 if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0 else part
+                continue
             after, _ = normal_velocity(network, c, network.v, n)
             is_met = network.P[c, 0] > 0.0 or found.gap[c] + 0.5 * dt * (before + after) < PAST_IT * dt * before
-            if is_met and before < -fast:
-                share = share_to_landing(network, c, found.gap[c], before, after, dt)
-                part = share if SOON < share < part else part
-    return min(part, SHORT_OF_IT) if part < UNDIVIDED else UNDIVIDED
+            if is_met:
+                part = min(part, share_to_landing(network, c, found.gap[c], before, after, dt))
+    return part
 
 
 @kernel
@@ -86,11 +100,17 @@ def is_on_the_ground(bodies, network, c):
 
 
 @kernel
+def reach_of(shapes, s):
+    """How far a shape reaches from its centre."""
+    return shapes.reach[s] + shapes.radius[s]
+
+
+@kernel
 def share_to_landing(network, c, gap, before, after, dt):
-    """t_l / dt of contact c, from its velocities at the ends of the step."""
+    """t_l / dt of contact c, at most 1, from its velocities at the ends of the step."""
     change = after - network.W[c, 0, 0] * network.P[c, 0] - before
     square = before * before - 2.0 * change * gap / dt
-    return 2.0 * gap / (dt * (sqrt(square) - before)) if square >= 0.0 else UNDIVIDED
+    return min(1.0, 2.0 * gap / (dt * (sqrt(square) - before))) if square >= 0.0 else 1.0
 
 
 @kernel("void(int64, int64, int64, float64, float64, int64)")
@@ -109,13 +129,13 @@ def ask_of_landings(bodies_at, found_at, network_at, dt, whole, lets_in):
                     network.b[c, 0] = 0.0
 
 
-@kernel("void(int64, int64, int64)")
-def keep_part(found_at, network_at, parts_at):
-    """Add up the impulses of the parts of a step before its last one."""
-    found, network, parts = view(found_at, Found), view(network_at, Network), view(parts_at, Parts)
-    d = found.normal.shape[1]
+@kernel("void(int64, int64, int64, int64)")
+def keep_part(found_at, contacts_at, network_at, parts_at):
+    """Add up the impulses of the parts of a step before its last one, those of impacts with them."""
+    found, contacts = view(found_at, Found), view(contacts_at, Contacts)
+    network, parts, d = view(network_at, Network), view(parts_at, Parts), found.normal.shape[1]
     for c in range(network.n_c):
-        if acts(network, c):
+        if contacts.P[c, 0] > 0.0 or is_joint(network, c):
             at = row_of_key(parts, found.key[c], d)
             parts.gap[at], parts.mu[at] = found.gap[c], network.mu[c]
             parts.i[at], parts.j[at] = network.i[c], network.j[c]
@@ -123,7 +143,7 @@ def keep_part(found_at, network_at, parts_at):
                 parts.normal[at, k], parts.point[at, k] = found.normal[c, k], found.point[c, k]
                 for row in range(d):
                     parts.frame[at, row, k] = network.J_j[c, row, k]
-                    parts.P[at, k] += network.J_j[c, row, k] * network.P[c, row]
+                    parts.P[at, k] += network.J_j[c, row, k] * contacts.P[c, row]
 
 
 @kernel

@@ -62,6 +62,7 @@ def draw_together(progress_at, d):
     if held.is_begun == 0:
         found, contacts, moves = view(places.found, Found), view(places.contacts, Contacts), view(places.moves, Moves)
         if not find_parted(found, contacts, network, moves, progress.tight):
+            take_push(network, moves)  # none
             return 0
         copy_problem(network, held, n_c, count)
         copy_patience(solver.patience, held.patience)

@@ -55,13 +55,13 @@ def approach(gap, gamma_0, gamma_free, dt):
 
 
 @kernel
-def mark_impacts(bodies, found, contacts, network, dt, n):
+def mark_impacts(bodies, found, contacts, network, dt, whole, n):
     """Mark the contacts that rebound, with gamma_minus and what their landing took along the normal; returns how many
     do."""
     slowest = 0.0
     for k in range(bodies.gravity.shape[0]):
         slowest += bodies.gravity[k] * bodies.gravity[k]
-    slowest = dt * sqrt(slowest)
+    slowest = whole * sqrt(slowest)
     count = 0
     for c in range(network.n_c):
         contacts.impact[c] = 0
@@ -103,12 +103,12 @@ def write_impact(bodies, shapes, found, contacts, network, dt, d):
             network.v_free[b, x] = network.v[b, x]
 
 
-@kernel("int64(int64, int64, int64, int64, int64, float64)")
-def begin_impact_planar(bodies_at, shapes_at, found_at, contacts_at, network_at, dt):
+@kernel("int64(int64, int64, int64, int64, int64, float64, float64)")
+def begin_impact_planar(bodies_at, shapes_at, found_at, contacts_at, network_at, dt, whole):
     """Write the contact problem of the impacts of a planar step; returns how many contacts rebound."""
     bodies, shapes, found = view(bodies_at, Bodies), view(shapes_at, Shapes), view(found_at, Found)
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
-    count = mark_impacts(bodies, found, contacts, network, dt, 3)
+    count = mark_impacts(bodies, found, contacts, network, dt, whole, 3)
     if count > 0:
         note_landing(bodies, contacts, network, 2)
         write_impact(bodies, shapes, found, contacts, network, dt, 2)
@@ -117,12 +117,12 @@ def begin_impact_planar(bodies_at, shapes_at, found_at, contacts_at, network_at,
     return count
 
 
-@kernel("int64(int64, int64, int64, int64, int64, float64)")
-def begin_impact_spatial(bodies_at, shapes_at, found_at, contacts_at, network_at, dt):
+@kernel("int64(int64, int64, int64, int64, int64, float64, float64)")
+def begin_impact_spatial(bodies_at, shapes_at, found_at, contacts_at, network_at, dt, whole):
     """Write the contact problem of the impacts of a spatial step; returns how many contacts rebound."""
     bodies, shapes, found = view(bodies_at, Bodies), view(shapes_at, Shapes), view(found_at, Found)
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
-    count = mark_impacts(bodies, found, contacts, network, dt, 6)
+    count = mark_impacts(bodies, found, contacts, network, dt, whole, 6)
     if count > 0:
         note_landing(bodies, contacts, network, 3)
         take_spins(bodies, network.v)

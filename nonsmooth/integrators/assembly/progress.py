@@ -131,6 +131,7 @@ class Progress(Block):
     may_divide: int  # whether a step may be taken in parts (divided.py)
     parts: int  # which part of the step is at hand, from 1 on; 0 where it is not divided
     divisions: int  # times that a part of the step was taken again
+    is_stroke: int  # whether the part at hand is that of an impact
     lets_in: int  # whether the part at hand ends before a landing
     left: float  # of the step, behind the part at hand [s]
     whole: float  # the length of the step [s]
@@ -199,7 +200,7 @@ def note_worst(residual, network, progress, d):
         if islands.residual[k] == residual:
             worst.row = worst_contact(network, k, d, 3 * (d - 1))
             worst.i, worst.j = network.i[worst.row], network.j[worst.row]
-            worst.step = progress.counts.steps - (1 if progress.stage == REBOUND else 0)
+            worst.step = progress.counts.steps - (1 if progress.stage == REBOUND and progress.left == 0.0 else 0)
             return
 
 

@@ -20,6 +20,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_pla
 from nonsmooth.integrators.assembly.divided import (
     MOST_DIVISIONS,
     SHORT_OF_IT,
+    STROKE,
     UNDIVIDED,
     Parts,
     ask_of_landings,
@@ -197,7 +198,7 @@ def begin(progress, places, d):
     still."""
     progress.dt, progress.left = progress.whole, 0.0
     progress.parts, progress.divisions, progress.lets_in = 0, 0, 0
-    progress.is_asked, progress.has_verdicts = 0, 0
+    progress.is_asked, progress.has_verdicts, progress.is_stroke = 0, 0, 0
     view(places.parts, Parts).n_c = 0
     bodies, asleep = view(places.bodies, Bodies), view(places.asleep, Asleep)
     if asleep.count > 0 and progress.dt != asleep.dt:
@@ -235,7 +236,7 @@ def find(progress, places, network, d):
         )
     hold(places, 0)
     prepare(places, d)
-    if progress.parts > 0:
+    if progress.divisions > 0:
         ask_of_landings(places.bodies, places.found, places.network, dt, progress.whole, progress.lets_in)
     approach = view(places.solver, Solver).approach
     ask_of_wandering(places.bodies, places.found, places.contacts, places.network, dt, approach)
@@ -295,27 +296,37 @@ def prepare(places, d):
 def is_taken_again(progress, places):
     """Whether the solved part of a step is taken again: up to just before a landing within it, or, where parts do not
     get short enough, with the landing in it."""
-    if progress.lets_in == 0 and (progress.is_missed == 1 or progress.has_verdicts == 1):
+    if progress.is_stroke == 1 or (progress.lets_in == 0 and (progress.is_missed == 1 or progress.has_verdicts == 1)):
         return False
-    share = part_to_landing(places.bodies, places.found, places.network, progress.dt)
+    share = part_to_landing(
+        places.bodies, places.shapes, places.found, places.contacts, places.network, progress.dt, progress.whole
+    )
     if share == UNDIVIDED or (progress.lets_in == 0 and progress.divisions == MOST_DIVISIONS):
         return False
     if progress.divisions == MOST_DIVISIONS:
         progress.lets_in = 0
+    elif share == 0.0:
+        progress.parts, progress.divisions = max(progress.parts, 1), progress.divisions + 1
+        progress.is_stroke, progress.lets_in = 1, 0
+        progress.left += (1.0 - STROKE) * progress.dt
+        progress.dt *= STROKE
     else:
         share *= SHORT_OF_IT if progress.lets_in == 1 else 1.0
         progress.left += (1.0 - share) * progress.dt
         progress.dt *= share
-        progress.parts, progress.divisions, progress.lets_in = max(progress.parts, 1), progress.divisions + 1, 1
+        progress.parts = max(progress.parts, 1) if progress.left > 0.0 else progress.parts
+        progress.divisions, progress.lets_in = progress.divisions + 1, 1
     put_back(view(places.bodies, Bodies))
     return True
 
 
 @kernel
 def begin_next_part(progress, places):
-    """Keep the impulses of the part that ends, and begin what is left of the step."""
-    keep_part(places.found, places.network, places.parts)
-    progress.dt, progress.left = progress.left, 0.0
+    """Keep the impulses of the part that ends, and begin the next one: what has landed rebounds in one of its own."""
+    keep_part(places.found, places.contacts, places.network, places.parts)
+    progress.is_stroke = progress.has_restitution * progress.lets_in
+    progress.dt = STROKE * progress.left if progress.is_stroke == 1 else progress.left
+    progress.left -= progress.dt
     progress.parts, progress.lets_in = progress.parts + 1, 0
 
 
@@ -426,9 +437,9 @@ def rebounds(progress, places, network, d):
     book_landing(places.bodies, places.contacts, places.network, places.ledger)
     bodies, shapes, found, contacts = places.bodies, places.shapes, places.found, places.contacts
     if d == 2:
-        count = begin_impact_planar(bodies, shapes, found, contacts, places.network, progress.dt)
+        count = begin_impact_planar(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole)
     else:
-        count = begin_impact_spatial(bodies, shapes, found, contacts, places.network, progress.dt)
+        count = begin_impact_spatial(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole)
     if count == 0:
         return False
     hold(places, 1)

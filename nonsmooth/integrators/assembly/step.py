@@ -184,7 +184,7 @@ class Assembly(InMotion):
         rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
         rare += (leave_out_hidden,) if has_faces else ()
         rare += (take_friction, update_friction) if surfaces.has_laws else ()
-        may_divide = not has_restitution and not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
+        may_divide = not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
         rare += OF_PARTS if may_divide else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
@@ -229,7 +229,8 @@ class Assembly(InMotion):
         first = int(progress.counts.steps)
         while True:
             left = most - (int(progress.counts.steps) - first)
-            left += 1 if progress.stage == REBOUND else 0  # a step that rebounds is counted, and not at its end
+            if progress.stage == REBOUND and progress.left == 0.0:
+                left += 1  # the step is counted, and not at its end
             end = int(self.stages.take(progress.address, left))
             if self.verdicts and progress.stage == PREDICT:
                 tell(self, self.paradoxes, self.verdicts, self.examined)

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nonsmooth as ns
+from models import BouncingBall
 
 G = 9.81  # [m/s^2]
 BLOCKS = [(0.2, 0.8, 0.05), (0.3, 1.0, 0.2), (0.1, 0.5, 0.1), (0.25, 0.6, 0.11)]  # width, height [m], angle at rest
@@ -117,3 +118,18 @@ def test_the_impulses_of_a_step_are_those_of_all_its_parts(dim):
     given = np.array([sol.contacts(t).P.sum(axis=0) for t in sol.t[1:]])
     assert np.abs(np.diff(v, axis=0) - pull - given).max() < 1e-13
     assert sol.stats.missed == 0 and np.abs(np.diff(v[:, 0])).max() > 0.05  # the two impacts
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("dt", [1e-2, 1e-3, 3.1e-4])
+def test_a_ball_bounces_on_its_parabolas(dim, dt):
+    """Free flight is exact, and so is each impact down to 4 g dt; what is added is the rounding of some 1e4 steps."""
+    e, height = 0.8, 1.0
+    scene = ns.Scene(gravity=-G * np.eye(dim)[-1], material=ns.Material(e=e))
+    scene.fixed(ns.HalfPlane((0, 1)) if dim == 2 else ns.HalfSpace((0, 0, 1)))
+    ball = ns.Disc(0.1) if dim == 2 else ns.Sphere(0.1)
+    scene.body(ball, mass=1.0, position=(*np.zeros(dim - 1), height + 0.1), name="b")
+    sol = run(scene, 2.0, dt)
+    exact = np.array([BouncingBall(e=e).height(t, height) for t in sol.t])
+    assert sol.stats.impacts == 3
+    assert np.abs(sol["b"].position[:, -1] - 0.1 - exact).max() < 1e-10

@@ -103,9 +103,23 @@ def errors(mu, e, dt, exact, idle=0):
 
 
 @pytest.mark.parametrize("mu", [0.0, 2.0])
-def test_where_it_rebounds_a_corner_without_friction_or_that_sticks_errs_by_the_first_order(mu):
+def test_a_corner_without_friction_or_that_sticks_rebounds_where_and_when_it_lands(mu):
+    """Measured: 3e-5 and less at 2 ms, 4e-7 and less at 0.125 ms."""
+    coarse, fine = (errors(mu, 0.5, dt, lambda landing: landing.at_once(mu, 0.5)) for dt in (2e-3, 1.25e-4))
+    assert coarse < 1e-4 and fine < coarse / 16
+
+
+def test_a_corner_that_slides_lands_and_rebounds_with_a_direction_of_friction_each_at_any_step():
+    """It is a law of its own, 2.5 % from that of one impulse, and does not depend on the step."""
+    mu, e = 0.3, 0.5
+    coarse, fine = (errors(mu, e, dt, lambda landing: landing.at_once(mu, e)) for dt in (2e-3, 1.25e-4))
+    assert coarse == pytest.approx(fine, rel=0.01) and 0.01 < fine < 0.04
+
+
+@pytest.mark.parametrize("mu", [0.0, 2.0])
+def test_among_ten_bodies_it_rebounds_with_an_error_of_first_order(mu):
     """Measured at 1 ms: 0.3 to 0.7 %, from the arms, which turn between the beginning of the step and the landing."""
-    coarse, fine = (errors(mu, 0.5, dt, lambda landing: landing.at_once(mu, 0.5)) for dt in (1e-3, 2.5e-4))
+    coarse, fine = (errors(mu, 0.5, dt, lambda landing: landing.at_once(mu, 0.5), idle=9) for dt in (1e-3, 2.5e-4))
     assert coarse / 16 < fine < 0.4 * coarse and coarse < 0.01
 
 
