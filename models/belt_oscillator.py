@@ -87,8 +87,8 @@ class BeltOscillator:
     N : float
         Normal force [N].
     m0, m1, m3 : float
-        Cubic law mu(v) = m0 - m1 v + m3 v^3; m1 [s/m], m3 [s^3/m^3]. Constant friction: m1 = m3 = 0. In every law but
-        the smoothed one m0 is the limit of sticking.
+        Cubic law mu(v) = m0 - m1 v + m3 v^3: m0 [-], m1 [s/m], m3 [s^3/m^3]. Constant friction: m1 = m3 = 0. In every
+        law but the smoothed one m0 is the limit of sticking.
     vb : float
         Belt speed [m/s].
     r : float
@@ -98,6 +98,7 @@ class BeltOscillator:
     v_s, m_v : float
         Speed over which Stribeck's law falls [m/s], and its viscous part [s/m].
     law : {"cubic", "smoothed", "two-coefficient", "stribeck"}
+        Law of friction: cubic, smoothed, two-coefficient or stribeck.
 
     Raises
     ------

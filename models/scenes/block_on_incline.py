@@ -27,7 +27,7 @@ class BlockOnIncline:
     a, b, c : float
         Edges along the incline, across it and out of it [m].
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     g : float
         Gravity [m/s^2].
 

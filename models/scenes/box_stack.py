@@ -30,7 +30,7 @@ class BoxStack:
     a : float
         Edge [m].
     density : float
-        [kg/m^3], in the plane [kg/m^2].
+        Density [kg/m^3], in the plane [kg/m^2].
     mu : float
         Friction coefficient.
     top_ratio : float

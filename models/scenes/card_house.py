@@ -33,7 +33,7 @@ class CardHouse:
     angle : float
         Of each card from the vertical [rad].
     density : float
-        [kg/m^2]
+        Density [kg/m^2].
     mu : float
         Friction coefficient.
     g : float

@@ -31,7 +31,7 @@ class Conveyor:
     v : float
         Speed of the belt [m/s].
     density : float
-        [kg/m^2].
+        Density [kg/m^2].
     mu : float
         Friction coefficient.
     g : float

@@ -45,7 +45,7 @@ class DominoRow:
     s : float
         Space between two [m].
     density : float
-        [kg/m^2]
+        Density [kg/m^2].
     omega : float
         Angular velocity at which the first begins to fall [rad/s].
     mu : float

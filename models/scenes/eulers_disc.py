@@ -33,9 +33,9 @@ class EulersDisc:
     Parameters
     ----------
     r, thickness : float
-        [m]
+        Radius [m], thickness [m].
     density : float
-        [kg/m^3]
+        Density [kg/m^3].
     tilt : float
         Of its face from the ground, at the start [rad].
     mu : float

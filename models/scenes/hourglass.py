@@ -33,7 +33,7 @@ class Hourglass:
     neck : float
         Width of the neck, in diameters; below about four discs may bridge it.
     density : float
-        [kg/m^2].
+        Density [kg/m^2].
     mu : float
         Friction coefficient.
     g : float

@@ -22,8 +22,9 @@ class KaplaTower:
     Parameters
     ----------
     layers : int
+        Number of layers.
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     mu : float
         Friction coefficient.
     g : float

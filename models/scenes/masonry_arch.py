@@ -42,7 +42,7 @@ class MasonryArch:
     ratio : float
         Thickness, of R.
     density : float
-        [kg/m^2].
+        Density [kg/m^2].
     mu : float
         Friction coefficient; 0.4 keeps the joints from sliding.
     g : float

@@ -28,7 +28,7 @@ class Pyramid:
     space : float
         Between neighbours, of an edge; 0 to 1.
     density : float
-        [kg/m^2].
+        Density [kg/m^2].
     mu : float
         Friction coefficient.
     g : float

@@ -32,7 +32,7 @@ class Rattleback:
     skew : float
         Of the principal axes about the vertical [rad].
     mass : float
-        [kg]
+        Mass [kg].
     spin : float
         About the vertical, at the start [rad/s].
     rocking : float

@@ -25,7 +25,7 @@ class RollingWheel:
     r : float
         Radius [m].
     density : float
-        [kg/m^2].
+        Density [kg/m^2].
     alpha : float
         Angle of the incline [rad].
     mu : float

@@ -25,7 +25,7 @@ class SlipToRoll:
     r : float
         Radius [m].
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     v_0 : float
         Speed at the start [m/s].
     mu : float

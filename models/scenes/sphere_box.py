@@ -27,7 +27,7 @@ class SphereBox:
     r : float
         Radius [m].
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     mu : float
         Friction coefficient.
     e : float

@@ -30,7 +30,7 @@ class TumblingBox:
     a, b, c : float
         Edges, a > b > c [m].
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     w_1, w_3 : float
         Angular velocities about x and z at t = 0, that about y is 0 then [rad/s].
 

@@ -32,9 +32,9 @@ class Turntable:
     r : float
         Radius of the ball [m].
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     x_0, v_x, v_y : float
-        Distance of the ball from the axis [m], and its velocity [m/s], at the start.
+        Distance of the ball from the axis [m], and its velocity along x [m/s] and y [m/s], at the start.
     mu : float
         Friction coefficient.
     g : float

@@ -23,10 +23,11 @@ class Wall:
     Parameters
     ----------
     courses : int
+        Number of courses.
     bricks : int
-        In a course without half bricks.
+        Bricks in a course without half bricks.
     density : float
-        [kg/m^3].
+        Density [kg/m^3].
     mu : float
         Friction coefficient.
     g : float

@@ -45,6 +45,17 @@ from nonsmooth.errors import (
     UnsupportedVersion,
 )
 
+AsWritten = argparse.RawDescriptionHelpFormatter  # lines of the examples stay lines
+EXAMPLES = """examples:
+  nonsmooth run sprag-slip
+      from the model's own start to its own end; what happened is printed, and drawn in sprag-slip.png
+  nonsmooth run painleve-rod --set mu=2 --state th=pi/3 thdot=6 --t-end 0.5 --out rod.npz
+      another friction and another start; numbers may be typed as 1e-3, pi/4, -2*pi
+  nonsmooth run box-stack --view
+      a scene, as a player for the browser
+  nonsmooth run my_rod.py:Rod --integrator adaptive --rtol 1e-8 --json
+      a model of your own, with error control, for a script"""
+
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line.
@@ -102,7 +113,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     add_list(commands.add_parser("list", help="the models, with their parameters and states"))
-    add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
+    add_run(commands.add_parser("run", help="simulate a model or a scene", epilog=EXAMPLES, formatter_class=AsWritten))
 
     add_scene(commands.add_parser("scene", help="simulate a scene of bodies, or show a saved run of one"))
     add_classify(commands.add_parser("classify", help="find every set of contact forces that fits a state"))

@@ -6,6 +6,7 @@ import argparse
 import importlib
 from typing import Any
 
+from nonsmooth.commands.outputs import Options
 from nonsmooth.commands.typed_input import number
 from nonsmooth.errors import InvalidInput
 
@@ -19,7 +20,7 @@ INTEGRATORS: dict[str, tuple[str, str, tuple[str, ...]]] = {
 AUTO, OF_AUTO = "auto", ("rtol",)  # chosen by `simulate`; the options that it takes
 
 
-def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = (), may_choose: bool = False) -> None:
+def add_integrator(command: Options, many: tuple[str, ...] = (), may_choose: bool = False) -> None:
     """The options that name an integrator, or leave the choice; those named in ``many`` take several values."""
 
     def add(option: str, what: str, **more: Any) -> None:

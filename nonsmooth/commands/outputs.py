@@ -21,28 +21,29 @@ from nonsmooth.commands.typed_input import whole_number, without_nan
 if TYPE_CHECKING:
     import xarray
 
+Options = argparse._ActionsContainer  # a command, or a group of its options
 PROGRESS = {"line": True, "json": "json", "none": False}
 LINE_PACE = 1.0  # chosen: s between two lines of JSON
 
 
-def add_printed(command: argparse.ArgumentParser) -> None:
+def add_printed(command: Options) -> None:
     """--json and --quiet."""
     command.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
     command.add_argument("--quiet", action="store_true", help="print neither progress nor result")
 
 
-def add_drawn(command: argparse.ArgumentParser, where: str) -> None:
+def add_drawn(command: Options, where: str) -> None:
     """--plot and --no-plot."""
     command.add_argument("--plot", type=Path, metavar="FILE", help=where)
     command.add_argument("--no-plot", action="store_true", help="draw nothing")
 
 
-def add_saved(command: argparse.ArgumentParser, what: str) -> None:
+def add_saved(command: Options, what: str) -> None:
     """--out."""
     command.add_argument("--out", type=Path, metavar="FILE", help=what)
 
 
-def add_progress(command: argparse.ArgumentParser) -> None:
+def add_progress(command: Options) -> None:
     """--progress."""
     command.add_argument(
         "--progress", choices=[*PROGRESS], default="line",
@@ -50,12 +51,12 @@ def add_progress(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def add_workers(command: argparse.ArgumentParser, what: str, default: int | None = 1) -> None:
+def add_workers(command: Options, what: str, default: int | None = 1) -> None:
     """--workers."""
     command.add_argument("--workers", type=whole_number, default=default, metavar="N", help=what)
 
 
-def add_resumed(command: argparse.ArgumentParser) -> None:
+def add_resumed(command: Options) -> None:
     """--resume, of what keeps a journal."""
     command.add_argument(
         "--resume", "--journal", dest="journal", type=Path, metavar="FILE",

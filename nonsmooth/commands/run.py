@@ -9,7 +9,15 @@ from typing import Any
 
 from nonsmooth.checks.files import ANIMATION_ENDINGS, FIGURE_ENDINGS, PAGE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
-from nonsmooth.commands.outputs import add_drawn, add_printed, add_progress, add_saved, event_as_json, progress_of_run
+from nonsmooth.commands.outputs import (
+    Options,
+    add_drawn,
+    add_printed,
+    add_progress,
+    add_saved,
+    event_as_json,
+    progress_of_run,
+)
 from nonsmooth.commands.run_scene import (
     require_kinds,
     require_scene_options,
@@ -39,54 +47,83 @@ PICTURED = 5  # chosen: of the picture of a scene, as of a model
 
 
 def add_run(run: argparse.ArgumentParser) -> None:
-    """The options of ``nonsmooth run``."""
+    """The options of ``nonsmooth run``, in groups."""
     run.set_defaults(act=act_run, suffix="")
+    run.usage = "%(prog)s MODEL [OPTION ...]"
     run.add_argument("model", metavar="MODEL", help=MODEL)
+    add_start(run.add_argument_group("the model and its start"))
+    add_method(run.add_argument_group("the integrator"))
+    add_length(run.add_argument_group("how long it runs, and how it goes on"))
+    add_results(run.add_argument_group("what is recorded, saved and drawn"))
+    printed = run.add_argument_group("what is printed")
+    add_progress(printed)
+    add_printed(printed)
+
+
+def add_start(options: Options) -> None:
+    """What is set in motion, and from where."""
     for option, what in (("--set", "parameters, e.g. mu=2 l=1/2"), ("--state", "initial state, e.g. th=pi/4 thdot=0")):
-        run.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
-    run.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
-    run.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
-    run.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
-    add_integrator(run, may_choose=True)
-    run.add_argument("--every", type=whole_number, default=1, metavar="N", help="record every N steps")
-    run.add_argument("--t-eval", nargs="+", type=number, metavar="T", help="record at these times [s] instead")
-    run.add_argument(
+        options.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
+    options.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
+    options.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
+    options.add_argument(
+        "--project", action="store_true", help="move an inadmissible start to the nearest admissible one"
+    )
+
+
+def add_method(options: Options) -> None:
+    """How a step is made, and which solution it takes."""
+    add_integrator(options, may_choose=True)
+    options.add_argument(
         "--selection", default="compliant-limit", metavar="RULE",
         help="which solution is taken where there are several: compliant-limit (default), lift-off or impact",
     )  # fmt: skip
-    run.add_argument("--max-steps", type=whole_number, metavar="N", help="the most steps that the run may take")
-    run.add_argument("--max-wall-time", type=number, metavar="S", help="the most seconds that it may take")
-    run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
-    run.add_argument(
+    options.add_argument(
         "--threads", type=whole_number, default=1, metavar="N",
         help="of a scene: threads that solve its islands at once, to the same bits; 1 by default",
     )  # fmt: skip
-    run.add_argument("--checkpoint", type=Path, metavar="FOLDER", help="write records there as the run goes")
-    run.add_argument("--resume", type=Path, metavar="FOLDER", help="go on with the checkpoint of this same run")
-    run.add_argument(
+
+
+def add_length(options: Options) -> None:
+    """Where a run ends, what stops it sooner, and how it is gone on with."""
+    options.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
+    options.add_argument("--max-steps", type=whole_number, metavar="N", help="the most steps that the run may take")
+    options.add_argument("--max-wall-time", type=number, metavar="S", help="the most seconds that it may take")
+    options.add_argument("--checkpoint", type=Path, metavar="FOLDER", help="write records there as the run goes")
+    options.add_argument("--resume", type=Path, metavar="FOLDER", help="go on with the checkpoint of this same run")
+    options.add_argument(
         "--checkpoint-every", type=number, default=10.0, metavar="S",
         help="seconds between two states that are kept; 10 by default",
     )  # fmt: skip
-    run.add_argument(
+
+
+def add_results(options: Options) -> None:
+    """What is kept of a run, and where."""
+    options.add_argument("--every", type=whole_number, default=1, metavar="N", help="record every N steps")
+    options.add_argument("--t-eval", nargs="+", type=number, metavar="T", help="record at these times [s] instead")
+    options.add_argument(
         "--record", nargs="+", metavar="KIND",
         help="what is recorded: coordinates, velocities, gaps, impulses, modes, ledger, events; of a scene bodies, "
         "contacts, ledger, events, pairs; or motion",
     )  # fmt: skip
-    add_saved(run, "save the solution (.npz, .h5 or .nc)")
-    run.add_argument(
+    add_saved(options, "save the solution (.npz, .h5 or .nc)")
+    options.add_argument(
         "--dump-failure", type=Path, metavar="FILE",
         help="if a step fails, save its contact problem for `nonsmooth solve` (.npz, or FCLIB's .hdf5)",
     )  # fmt: skip
-    add_drawn(run, "where to draw; MODEL.png by default")
-    run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
-    run.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
-    run.add_argument(
+    add_drawn(options, "where to draw; MODEL.png by default")
+    add_pictures(options)
+    options.add_argument("--live", action="store_true", help="show the run in a browser while it goes on")
+
+
+def add_pictures(options: Options) -> None:
+    """--picture, --animate, --view: the bodies themselves."""
+    options.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
+    options.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
+    options.add_argument(
         "--view", type=Path, nargs="?", const=UNNAMED, metavar="FILE.html",
         help="write a player that any browser opens; MODEL.html by default",
     )  # fmt: skip
-    run.add_argument("--live", action="store_true", help="show the run in a browser while it goes on")
-    add_progress(run)
-    add_printed(run)
 
 
 def act_run(arguments: argparse.Namespace) -> int:

@@ -18,13 +18,20 @@ def unit_of_parameter(model: Any, name: str) -> str:
     """The unit in brackets of a parameter's description; "-" of one that is described without in a docstring, nothing
     where it is not described. Of ``spring.k`` it is that of k in the class of the spring, of ``m[0]`` that of m.
 
-    Of several that are described together, each its own or one.
+    Of several that are described together, each its own or all the same one; where neither fits, none is known.
     """
     *path, last = name.partition("[")[0].split(".")
     for part in path:
         model = getattr(model, part, None)
     cls: Any = type(model)
     return "" if model is None else units_of_class(cls).get(last, "")
+
+
+def meaning_of_parameter(model: Any, name: str) -> str:
+    """What the docstring or the comment says of a parameter, without its unit; nothing where it says nothing."""
+    cls: Any = type(model)
+    words = words_of_class(cls).get(name, "")
+    return re.sub(r"\s+([.,;:])", r"\1", " ".join(UNIT.sub("", words).split())).strip(" .,;") if words else ""
 
 
 @functools.lru_cache(maxsize=1000)
@@ -34,7 +41,17 @@ def units_of_class(cls: Any) -> dict[str, str]:
     for names, words in DESCRIBED.findall(inspect.getdoc(cls) or ""):
         listed = names.split(", ")
         units = UNIT.findall(words) or ["-"]
-        found |= dict(zip(listed, units if len(units) == len(listed) else units[:1] * len(listed), strict=True))
+        units = units[:1] * len(listed) if 1 in (len(units), len(listed)) else units
+        found |= dict(zip(listed, units, strict=True)) if len(units) == len(listed) else dict.fromkeys(listed, "")
+    return found
+
+
+@functools.lru_cache(maxsize=1000)
+def words_of_class(cls: Any) -> dict[str, str]:
+    """The words of each of them."""
+    found = dict(FIELD.findall(source_of(cls)))
+    for names, words in DESCRIBED.findall(inspect.getdoc(cls) or ""):
+        found |= dict.fromkeys(names.split(", "), words)
     return found
 
 

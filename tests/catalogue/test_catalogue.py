@@ -1,6 +1,7 @@
 """Models are found by name whatever the user's files are called; models of a file need no package."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -135,6 +136,36 @@ def test_models_of_a_file_are_listed(own, capsys):
     assert main(["list", "own.py"]) == 0
     out = capsys.readouterr().out
     assert "own.py:Ball        A ball of a user's own." in out and "--state  y  ydot" in out and "bouncing" not in out
+
+
+def test_one_model_is_listed_with_units_and_meanings(own, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["list", "belt-oscillator"]) == 0
+    out = capsys.readouterr().out
+    assert (
+        re.search(r"^  vb +0\.2 +m/s +Belt speed$", out, re.MULTILINE) and max(map(len, out.splitlines()[2:16])) <= 80
+    )
+    assert re.search(r"^  law +cubic +- +Law of friction", out, re.MULTILINE)
+    assert re.search(r"^  velocity +0$", out, re.MULTILINE) and "by default t_end = 20 s, dt = 0.001 s" in out
+
+
+def test_every_parameter_of_our_models_has_a_unit_and_a_meaning(capsys):
+    """So that `nonsmooth list NAME` and the axes of figures have something to say."""
+    assert main(["list", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["models"]
+    assert {model["is"] for model in found} == {"model", "scene"}
+    mute = [(model["name"], name) for model in found for name in model["parameters"]
+            if not (model["units"][name] and model["meanings"][name])]  # fmt: skip
+    assert not mute
+
+
+def test_models_and_scenes_stand_under_headings(capsys):
+    assert main(["list"]) == 0
+    models, scenes = capsys.readouterr().out.split("Scenes of bodies")
+    assert (
+        models.startswith("Models, systems of coordinates") and "\nsprag-slip " in models and "\nbox-stack " in scenes
+    )
+    assert "m=2 kg  I=4 kg m^2" in models
 
 
 def test_a_scene_of_a_file_is_classified_as_its_system(own, capsys):

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
@@ -17,7 +18,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator
-from nonsmooth.commands.cli import main
+from nonsmooth.commands.cli import build_parser, main
 from nonsmooth.commands.typed_input import number
 
 QUICK = ["--t-end", "0.01", "--no-plot"]
@@ -63,6 +64,15 @@ def test_list_names_every_model_with_its_parameters(capsys):
     assert main(["list"]) == 0
     printed = capsys.readouterr().out
     assert all(name in printed for name in ("sprag-slip", "painleve-rod", "bouncing-ball", "mu=1.3"))
+
+
+def test_the_examples_of_the_help_are_understood_and_its_options_stand_in_groups(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    said = capsys.readouterr().out
+    examples = re.findall(r"^  nonsmooth (.*)$", said, re.MULTILINE)
+    assert len(examples) == 4 and all(build_parser().parse_args(words.split()).act for words in examples)
+    assert said.index("the model and its start:") < said.index("the integrator:") < said.index("what is printed:")
 
 
 def test_run_prints_the_paradox_it_met_and_draws(tmp_path, capsys):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.mechanics.units import unit_of_parameter
+from nonsmooth.mechanics.units import meaning_of_parameter, unit_of_parameter
 
 
 class Spring(NamedTuple):
@@ -33,22 +33,36 @@ class Described:
         Lengths [m].
     c : float
         A ratio.
+    e, f, g : float
+        Three of which two have a unit: a force [N] and its arm [m].
     """
 
     a: float = 1.0  # [mm]: the docstring comes first
     b: float = 2.0
     c: float = 3.0
     d: float = 4.0  # speed [m/s]
+    e: float = 5.0
+    f: float = 6.0
+    g: float = 7.0
 
 
 @pytest.mark.parametrize(("model", "name", "unit"), [
     (Cart(), "m[0]", "kg"), (Cart(), "m", "kg"), (Cart(), "spring.k", "N/m"), (Cart(), "spring.c", ""),
     (Cart(), "mu", "-"), (Cart(), "F", ""), (Cart(), "w", "rad/s"), (Cart(), "absent", ""), (Cart(), "absent.k", ""),
     (Described(), "a", "m"), (Described(), "b", "m"), (Described(), "c", "-"), (Described(), "d", "m/s"),
-    (None, "a", ""),
+    (Described(), "e", ""), (Described(), "g", ""), (None, "a", ""),
 ])  # fmt: skip
 def test_a_unit_is_read_from_the_docstring_or_from_the_comment(model, name, unit):
     assert unit_of_parameter(model, name) == unit
+
+
+@pytest.mark.parametrize(("model", "name", "meaning"), [
+    (Cart(), "m", "masses, of cart and box"), (Cart(), "mu", "friction coefficient"),
+    (Cart(), "w", ""), (Cart(), "absent", ""), (Described(), "a", "Lengths"), (Described(), "c", "A ratio"),
+    (Described(), "f", "Three of which two have a unit: a force and its arm"),
+])  # fmt: skip
+def test_a_meaning_is_what_is_said_without_the_unit(model, name, meaning):
+    assert meaning_of_parameter(model, name) == meaning
 
 
 def test_a_class_without_a_source_has_no_units_but_those_of_its_docstring():
