@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | scene | classify | map | solve | study | sweep | completion``.
+"""The command line: ``nonsmooth list | run | scene | show | classify | map | solve | study | sweep | completion``.
 
 Arguments in, library calls, text and files out.
 
@@ -23,6 +23,7 @@ from nonsmooth.commands.outputs import add_printed, tell, tell_file
 from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
 from nonsmooth.commands.scene import add_scene
+from nonsmooth.commands.show import add_show
 from nonsmooth.commands.studies import add_studies
 from nonsmooth.commands.sweep import add_sweep
 from nonsmooth.commands.terminal import FAILED, NOT_WRITTEN, as_typed, complain, show_warning
@@ -116,6 +117,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_run(commands.add_parser("run", help="simulate a model or a scene", epilog=EXAMPLES, formatter_class=AsWritten))
 
     add_scene(commands.add_parser("scene", help="simulate a scene of bodies, or show a saved run of one"))
+    add_show(commands.add_parser("show", help="print, draw and convert a saved run of a model or a scene"))
     add_classify(commands.add_parser("classify", help="find every set of contact forces that fits a state"))
     add_map(commands.add_parser("map", help="map the numbers of solutions over states and parameters"))
 

@@ -143,21 +143,10 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
         require_kinds_of_system(arguments)
     if arguments.view == UNNAMED:
         arguments.view = Path(f"{arguments.model}.html")
-    require_writable(arguments.out, SOLUTION_ENDINGS)
-    if arguments.out and arguments.out.suffix == ".nc":
-        require_module("xarray", "data", ".nc files")
-        require_module("netCDF4", "data", ".nc files")
-    elif arguments.out and arguments.out.suffix != ".npz":
-        require_module("h5py", "io", ".h5 files")
+    require_files(arguments)
     require_writable(arguments.dump_failure, PROBLEM_ENDINGS)
     if arguments.dump_failure and arguments.dump_failure.suffix != ".npz":
         require_module("h5py", "io", "FCLIB files")
-    require_writable(arguments.picture, FIGURE_ENDINGS)
-    require_writable(arguments.animate, ANIMATION_ENDINGS)
-    require_writable(arguments.view, PAGE_ENDINGS)
-    if arguments.picture or arguments.animate:
-        require_module("matplotlib", "plot", "pictures")
-        require_module("PIL", "plot", "animations")
     if arguments.live:
         require_module("viser", "live", "live views")
     is_drawn = arguments.picture or arguments.animate or arguments.view or arguments.live
@@ -167,6 +156,22 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
             "--picture, --animate, --view, --live out"
         )
     return figure_path(arguments)
+
+
+def require_files(arguments: argparse.Namespace) -> None:
+    """Raise for files of a solution or of its bodies that could not be written."""
+    require_writable(arguments.out, SOLUTION_ENDINGS)
+    if arguments.out and arguments.out.suffix == ".nc":
+        require_module("xarray", "data", ".nc files")
+        require_module("netCDF4", "data", ".nc files")
+    elif arguments.out and arguments.out.suffix != ".npz":
+        require_module("h5py", "io", ".h5 files")
+    require_writable(arguments.picture, FIGURE_ENDINGS)
+    require_writable(arguments.animate, ANIMATION_ENDINGS)
+    require_writable(arguments.view, PAGE_ENDINGS)
+    if arguments.picture or arguments.animate:
+        require_module("matplotlib", "plot", "pictures")
+        require_module("PIL", "plot", "animations")
 
 
 def require_kinds_of_system(arguments: argparse.Namespace) -> None:

@@ -25,7 +25,7 @@ WORDS = {
     "study bifurcation": EVERYWHERE | {"--progress", "--workers", "--axis"},
 }
 SHARED = {word for words in WORDS.values() for word in words}
-WITHOUT = {"list", "solve", "completion"}  # that run no model; the first two have PRINTED
+WITHOUT = {"list", "solve", "show", "completion"}  # that run no model; all but the last have PRINTED
 FOLDER = {"run", "scene"}  # whose --resume is the folder of a checkpoint
 
 
@@ -51,7 +51,7 @@ def test_a_command_has_the_shared_options_that_mean_something_for_it(name):
     assert set(COMMANDS[name]._option_string_actions) & SHARED == WORDS[name]
 
 
-@pytest.mark.parametrize("name", ["list", "solve"])
+@pytest.mark.parametrize("name", ["list", "solve", "show"])
 def test_what_runs_no_model_prints_alike(name):
     assert PRINTED <= set(COMMANDS[name]._option_string_actions)
 
