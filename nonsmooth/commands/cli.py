@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | scene | show | classify | map | solve | study | sweep | completion``.
+"""The command line: ``nonsmooth COMMAND``, one of those that ``build_parser`` adds.
 
 Arguments in, library calls, text and files out.
 
@@ -19,6 +19,7 @@ from nonsmooth import __version__
 from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.completion import add_completion
 from nonsmooth.commands.listing import add_list
+from nonsmooth.commands.new import add_new
 from nonsmooth.commands.outputs import add_printed, tell, tell_file
 from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
@@ -114,6 +115,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     add_list(commands.add_parser("list", help="the models, with their parameters and states"))
+    add_new(commands.add_parser("new", help="write a model that runs into a file, to begin your own with"))
     add_run(commands.add_parser("run", help="simulate a model or a scene", epilog=EXAMPLES, formatter_class=AsWritten))
 
     add_scene(commands.add_parser("scene", help="simulate a scene of bodies, or show a saved run of one"))

@@ -25,7 +25,7 @@ WORDS = {
     "study bifurcation": EVERYWHERE | {"--progress", "--workers", "--axis"},
 }
 SHARED = {word for words in WORDS.values() for word in words}
-WITHOUT = {"list", "solve", "show", "completion"}  # that run no model; all but the last have PRINTED
+WITHOUT = {"list", "solve", "show", "new", "completion"}  # that run no model; the first three have PRINTED
 FOLDER = {"run", "scene"}  # whose --resume is the folder of a checkpoint
 
 
