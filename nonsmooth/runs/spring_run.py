@@ -43,11 +43,10 @@ class SpringRun(SceneRun):
 
     def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
         """From time to time of the records, or so many steps at a time to the end; no step is given."""
-        last = self.table.count - 1
-        while self.interval < last if self.is_counted else self.now < self.table.span[1] or not self.is_at_record:
-            k = self.interval + 1 if self.is_counted else last
-            self.assembly.progress.target = target = float(self.table.part(k, k + 1)[0])
-            yield self.now, 0.0, self.every or sys.maxsize, target
+        times, course, every = self.table.part(0, self.table.count).tolist(), self.assembly.progress, self.every
+        while self.interval < len(times) - 1 if every == 0 else self.now < times[-1] or not self.is_at_record:
+            course.target = target = times[self.interval + 1 if every == 0 else -1]
+            yield self.now, 0.0, every or sys.maxsize, target
 
     def left(self, count: int, t_next: float) -> int:
         """Steps to the next record, at most; none at its time."""

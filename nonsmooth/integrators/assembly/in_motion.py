@@ -53,15 +53,17 @@ class InMotion:
 
     def make_more_room(self, end: int) -> bool:
         """Make the block larger that was too small for the steps; False where they came back for something else."""
+        if end not in (MORE_CONTACTS, MORE_PAIRS, MORE_BOOKS):
+            return False
         wanted = int(ROOM * int(self.progress.wanted))
         if end == MORE_CONTACTS:
             self._make_room(wanted)
         elif end == MORE_PAIRS:
             self._make_scratch(wanted)
             self.go_on()
-        elif end == MORE_BOOKS:
+        else:
             self._make_room_for_pairs(wanted)
-        return end in (MORE_CONTACTS, MORE_PAIRS, MORE_BOOKS)
+        return True
 
     def find_contacts(self, margin: float = 0.0) -> int:
         """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or

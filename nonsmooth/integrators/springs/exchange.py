@@ -12,47 +12,44 @@ from nonsmooth.integrators.assembly.contacts import shape_of_key
 from nonsmooth.integrators.assembly.pairs import CONTACT, PAIR_WORKS, Pairs, row_in_step, settle
 from nonsmooth.integrators.springs.law import Springs
 from nonsmooth.integrators.springs.table import LAST_STAGE, stage_sum
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.shape_rows import Shapes
 
 N_POWERS = len(PAIR_WORKS)  # derived: columns of an exchange behind the force
 
 
-@kernel
-def begin_exchange(springs, s, at):
-    """A spring does nothing at a stage, so far."""
-    for k in range(springs.exchange.shape[2]):
-        springs.exchange[s, at, k] = 0.0
+@rare_kernel
+def begin_exchanges(springs, s, first, end):
+    """Some springs do nothing at a stage, so far."""
+    for at in range(first, end):
+        for k in range(springs.exchange.shape[2]):
+            springs.exchange[s, at, k] = 0.0
 
 
-@kernel
-def move_exchange(springs, at, to):
-    """A spring goes to another place, with what it did."""
+@rare_kernel
+def insert_exchange(springs, at):
+    """A new spring takes the place of another one, which goes to the next place."""
     for s in range(springs.exchange.shape[0]):
         for k in range(springs.exchange.shape[2]):
-            springs.exchange[s, to, k] = springs.exchange[s, at, k]
+            for to in range(springs.n_before, at, -1):
+                springs.exchange[s, to, k] = springs.exchange[s, to - 1, k]
+            springs.exchange[s, at, k] = 0.0
 
 
-@kernel
-def write_exchange(network, springs, s, at, c, d, powers):
-    """What contact c does at stage s by its spring: the force on body j in the axes of the world, and its powers."""
+@rare_kernel
+def write_exchange(network, springs, s, at, c, d, given):
+    """What contact c does at stage s by a spring: the force on body j in the axes of the world, and the powers of its
+    normal force, of friction, and of its guided sides, which take ``given`` [W]."""
+    exchange, friction = springs.exchange, 0.0
     for k in range(d):
-        force = 0.0
+        exchange[s, at, k] = 0.0
         for a in range(d):
-            force += network.J_j[c, a, k] * network.P[c, a]
-        springs.exchange[s, at, k] = force
-    for k in range(N_POWERS):
-        springs.exchange[s, at, d + k] = powers[k]
-
-
-@kernel
-def powers_of(network, c, d, given):
-    """Powers of contact c: of its normal force, of friction, and of its guided sides, which take ``given`` [W]."""
-    friction = network.P[c, 1] * network.gamma[c, 1]
-    if d == 3:
-        friction += network.P[c, 2] * network.gamma[c, 2]
-    return network.P[c, 0] * network.gamma[c, 0], friction, -given
+            exchange[s, at, k] += network.J_j[c, a, k] * network.P[c, a]
+    for row in range(1, d):
+        friction += network.P[c, row] * network.gamma[c, row]
+    exchange[s, at, d] = network.P[c, 0] * network.gamma[c, 0]
+    exchange[s, at, d + 1], exchange[s, at, d + 2] = friction, -given
 
 
 @kernel

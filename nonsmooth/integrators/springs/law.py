@@ -36,6 +36,7 @@ class Springs(Block):
     """The contacts that were closed when the step began, in the order of their keys, and what their springs did."""
 
     n_before: int
+    is_asked: int  # whether the run keeps pairs
     key_before: Array[Ints, "m"]
     point_before: Array[Floats, "m", "d"]
     normal_before: Array[Floats, "m", "d"]

@@ -19,7 +19,7 @@ from nonsmooth.integrators.assembly.contacts import Surfaces, find_sources, writ
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import cross, turn_inertia, write_rows_spatial
 from nonsmooth.integrators.records import FORCE_WORK, FRICTION_WORK, N_LEDGER, NORMAL_WORK, SURFACE_WORK
-from nonsmooth.integrators.springs.exchange import begin_exchange, move_exchange, powers_of, write_exchange
+from nonsmooth.integrators.springs.exchange import begin_exchanges, insert_exchange, write_exchange
 from nonsmooth.integrators.springs.law import Law, Springs, damping_of, elastic_energy, friction, spring_and_damper
 from nonsmooth.integrators.springs.table import STAGES, stage_sum
 from nonsmooth.jit import kernel
@@ -76,7 +76,8 @@ def write_rates(places, s, h, d):
     for at in range(springs.n_before):
         for k in range(d):
             springs.rate[s, at, k] = 0.0
-        begin_exchange(springs, s, at)
+    if springs.is_asked == 1:
+        begin_exchanges(springs, s, 0, springs.n_before)
     for c in range(n_c):
         write_law(view(places.shapes, Shapes), view(places.surfaces, Surfaces), found, c, network)
         if d == 2:
@@ -117,7 +118,6 @@ def insert(found, c, springs, d):
             springs.xi[at, k] = springs.xi[at - 1, k]
             for s in range(STAGES):
                 springs.rate[s, at, k] = springs.rate[s, at - 1, k]
-        move_exchange(springs, at - 1, at)
         at -= 1
     springs.key_before[at] = found.key[c]
     springs.excess[at] = 0.0
@@ -126,8 +126,8 @@ def insert(found, c, springs, d):
         springs.xi[at, k] = 0.0
         for s in range(STAGES):
             springs.rate[s, at, k] = 0.0
-    for s in range(STAGES):
-        begin_exchange(springs, s, at)
+    if springs.is_asked == 1:
+        insert_exchange(springs, at)
     springs.n_before += 1
 
 
@@ -229,8 +229,8 @@ def push(blocks, c, s, h, d, n):
     work[s, 0, NORMAL_WORK] += la_N * gamma_N
     work[s, 0, FRICTION_WORK] += la_1 * gamma_1 + la_2 * gamma_2
     work[s, 0, SURFACE_WORK] -= given
-    if springs.exchange.shape[2] > 0:
-        write_exchange(network, springs, s, springs.source[c], c, d, powers_of(network, c, d, given))
+    if springs.is_asked == 1:
+        write_exchange(network, springs, s, springs.source[c], c, d, given)
     work[s, 0, DAMPING_WORK] += (la_N - elastic) * gamma_N
     if not slides:
         c_T = math.sqrt(law.ratio) * damping

@@ -154,7 +154,9 @@ class SceneSprings(InMotion):
     def _new_springs(self, m: int) -> Springs:
         """Room for m springs, and for what they do at each stage where pairs are asked for."""
         exchanged = self.dim + N_POWERS if self.pairs.is_asked else 0
-        return new(Springs, m=m, d=self.dim, stages=STAGES, exchanged=exchanged)
+        springs: Springs = new(Springs, m=m, d=self.dim, stages=STAGES, exchanged=exchanged)
+        springs.is_asked = self.pairs.is_asked
+        return springs
 
 
 def require_resolved(options: Penalty, omega: float, size: float) -> None:

@@ -22,7 +22,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.pairs import Pairs
 from nonsmooth.integrators.assembly.progress import DONE, LOST, MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS, Counts, Figures
-from nonsmooth.integrators.springs.exchange import book_exchanges, powers_of, write_exchange
+from nonsmooth.integrators.springs.exchange import book_exchanges, write_exchange
 from nonsmooth.integrators.springs.law import Law, Springs
 from nonsmooth.integrators.springs.rates import (
     DAMPING_WORK,
@@ -301,8 +301,7 @@ def accept(course, h, d):
     for column in range(N_COLUMNS):
         books.work[column] += h * stage_sum(stages.work, LAST_STAGE, 0, column)
         stages.work[0, 0, column] = stages.work[LAST_STAGE, 0, column]
-    is_booked = springs.exchange.shape[2] > 0
-    if is_booked:
+    if springs.is_asked == 1:
         book_exchanges(places.shapes, places.springs, places.pairs, h)
     for c in range(network.n_c):
         slide_back(network, found, law, springs, c, d)
@@ -315,9 +314,9 @@ def accept(course, h, d):
         for k in range(d):
             springs.point_before[c, k], springs.normal_before[c, k] = found.point[c, k], found.normal[c, k]
             springs.xi[c, k], springs.rate[0, c, k] = springs.next_xi[c, k], springs.next_rate[c, k]
-        if is_booked:
+        if springs.is_asked == 1:
             given = given_power(view(places.bodies, Bodies), network, c, d, 3 * (d - 1))
-            write_exchange(network, springs, 0, c, c, d, powers_of(network, c, d, given))
+            write_exchange(network, springs, 0, c, c, d, given)
     for b in range(stages.v.shape[1]):
         for k in range(stages.v.shape[2]):
             stages.v[0, b, k] = stages.v[LAST_STAGE, b, k]
