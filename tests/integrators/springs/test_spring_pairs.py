@@ -158,6 +158,26 @@ def test_a_ball_on_a_spring_lands_where_its_fall_ends_and_parts_half_a_period_la
     assert parting.P_N == 0.0
 
 
+def test_an_event_of_the_user_finds_where_a_ball_turns_round_on_its_spring():
+    """A quarter of a period after it landed: located on a cubic of the step, whose rate errs by sqrt(3)/216 of h^3
+    times the fourth derivative of the place, v omega^3, against v omega, with which it passes through zero."""
+    m, v = 2.0, 0.5
+
+    def turns(t, bodies):
+        return bodies["ball"].velocity[1]
+
+    turns.terminal = True
+    scene = ns.Scene(gravity=(0, 0))
+    scene.fixed(ns.HalfPlane((0, 1)), name="wall")
+    scene.body(ns.Disc(0.1), mass=m, position=(0, 0.15), velocity=(0, -v), name="ball")
+    springs, omega = ns.Penalty(K, damping_ratio=0.0), math.sqrt(K / m)
+    sol = ns.simulate(scene, (0, 0.2), integrator=springs, events=turns)
+    h, exact = sol.stats.springs.longest, 0.05 / v + 0.5 * math.pi / omega
+    atol = math.sqrt(3) / 216 * h**3 * omega**2 + sol.stats.steps * 1e-8 / omega
+    assert sol.status == ns.Status.EVENT_REACHED and atol < 0.01 * h
+    assert sol.t_events[0][0] == pytest.approx(exact, abs=atol) and exact - atol <= sol.t[-1] <= exact + h
+
+
 def test_a_block_that_slides_on_springs_sticks_when_its_speed_is_spent():
     """At v/(mu g), in the step that this lies in, or the next one: springs are stretched, and shake for a while."""
     v, mu = 1.0, 0.5
