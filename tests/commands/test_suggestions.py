@@ -92,7 +92,7 @@ def test_list_shows_what_it_is_asked_for(words, shown, tmp_path, capsys, monkeyp
 def test_what_is_near_nothing_lists_what_there_is(capsys):
     with pytest.raises(SystemExit):
         main(["qqqqqq"])
-    assert "there is no COMMAND 'qqqqqq'; known: list, run, scene" in capsys.readouterr().err
+    assert "there is no COMMAND 'qqqqqq'; known: list, new, run, scene" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("shell", SHELLS)
