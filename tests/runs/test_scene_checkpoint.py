@@ -13,7 +13,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.commands.cli import main
 from nonsmooth.results import checkpoint as store
-from nonsmooth.runs import recorder
+from nonsmooth.runs import recorder, scene_run
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning"),  # of small heaps
@@ -23,6 +23,7 @@ pytestmark = [
 DT = 2e-3
 STEP = dict(integrator=ns.MoreauJean(dt=DT), every=3)
 SPRINGS = dict(integrator=ns.Penalty(1e6, damping_ratio=0.3), every=5)
+ALL_KINDS = {"record": ("bodies", "contacts", "ledger", "pairs")}
 OF_TIME = ("wall_time", "compile_time", "asleep")  # a step is left out within a block of steps, whose length is of time
 
 
@@ -97,7 +98,7 @@ def small(monkeypatch):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name):
-    all_kinds = STEP | {"record": ("bodies", "contacts", "ledger", "pairs")}
+    all_kinds = STEP | ALL_KINDS
     whole = ns.simulate(SCENES[name](), (0, 0.4), **all_kinds)
     stops, path = 0, tmp_path / "run.nsc"
     again = all_kinds | dict(checkpoint=path, resume=path, on_failure="return")
@@ -126,7 +127,7 @@ RUNS_OF_SPRINGS = {
 def test_a_scene_on_springs_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name):
     """Elongations, the rates at the state and the length that the next step is tried with are kept too."""
     scene, span, options = RUNS_OF_SPRINGS[name]
-    options = options | {"record": ("bodies", "contacts", "ledger", "pairs")}
+    options = options | ALL_KINDS
     whole = ns.simulate(scene(), span, **options)
     few, stops, path = whole.stats.steps // 7 + 1, 0, tmp_path / "run.nsc"
     again = options | dict(checkpoint=path, resume=path, on_failure="return")
@@ -235,8 +236,9 @@ def test_kill_9_at_any_act_on_the_files_leaves_a_checkpoint_that_goes_on_to_the_
     assert int(ended.stdout.split()[-1]) > 10
 
 
+@pytest.mark.parametrize("options", [STEP, SPRINGS], ids=["steps", "springs"])
 @pytest.mark.parametrize("moment", ["write", "keep"])
-def test_ctrl_c_while_files_are_written_waits_until_they_are_whole(small, tmp_path, monkeypatch, moment):
+def test_ctrl_c_while_files_are_written_waits_until_they_are_whole(small, tmp_path, monkeypatch, moment, options):
     original, calls = getattr(store.Checkpoint, moment), []
 
     def interrupted(self, *given):
@@ -247,11 +249,37 @@ def test_ctrl_c_while_files_are_written_waits_until_they_are_whole(small, tmp_pa
 
     monkeypatch.setattr(store.Checkpoint, moment, interrupted)
     monkeypatch.setattr("nonsmooth.runs.scene_run.LOOK_EVERY", 0.0)
-    stopped = ns.simulate(falling(), (0, 0.4), **STEP, checkpoint=tmp_path / "run.nsc", checkpoint_every=0)
+    stopped = ns.simulate(falling(), (0, 0.4), **options, checkpoint=tmp_path / "run.nsc", checkpoint_every=0)
     monkeypatch.setattr(store.Checkpoint, moment, original)
-    assert stopped.status == ns.Status.INTERRUPTED and 0 < stopped.stats.steps < 200
-    resumed = ns.simulate(falling(), (0, 0.4), **STEP, resume=tmp_path / "run.nsc")
-    assert bits(resumed) == bits(ns.simulate(falling(), (0, 0.4), **STEP))
+    assert stopped.status == ns.Status.INTERRUPTED and stopped.stats.steps > 0 and stopped.t[-1] < 0.4
+    resumed = ns.simulate(falling(), (0, 0.4), **options, resume=tmp_path / "run.nsc")
+    assert bits(resumed) == bits(ns.simulate(falling(), (0, 0.4), **options))
+
+
+TIMES = {
+    "steps": STEP, "springs": SPRINGS, "springs at times": SPRINGS | {"every": 1, "t_eval": [0.02, 0.05, 0.1]}
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("which", [1, 2, -1])
+@pytest.mark.parametrize("name", TIMES)
+def test_ctrl_c_between_a_step_and_its_record_loses_none(small, tmp_path, monkeypatch, name, which):
+    """The first record behind the start, the next one, and the last."""
+    options = TIMES[name] | ALL_KINDS
+    whole = ns.simulate(falling(), (0, 0.1), **options)
+    write, left = scene_run.SceneRun.write_record, [range(len(whole.t))[which]]
+
+    def interrupted(run):
+        left[0] -= 1
+        if left[0] == -1:
+            raise KeyboardInterrupt
+        write(run)
+
+    monkeypatch.setattr(scene_run.SceneRun, "write_record", interrupted)
+    stopped = ns.simulate(falling(), (0, 0.1), **options, checkpoint=tmp_path / "run.nsc")
+    assert stopped.status == ns.Status.INTERRUPTED and stopped.t[-1] == whole.t[which]
+    monkeypatch.setattr(scene_run.SceneRun, "write_record", write)
+    assert bits(ns.simulate(falling(), (0, 0.1), **options, resume=tmp_path / "run.nsc")) == bits(whole)
 
 
 def moved():
