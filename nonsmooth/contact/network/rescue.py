@@ -13,20 +13,22 @@ import numpy as np
 
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.eliminated import without_joints
-from nonsmooth.contact.network.from_inside import from_inside
+from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW, from_inside
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.patience import INTERIOR, note_outcome
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
+    EXACT_BODIES,
     FINE,
     SOLVED_TO_ROUNDING,
     Solver,
     has_very_unlike_masses,
 )
+from nonsmooth.contact.network.solve import bodies_of as bodies_of_island
 from nonsmooth.jit import interpreted
 
-are_very_unlike = interpreted(has_very_unlike_masses)
+are_very_unlike, bodies_of = interpreted(has_very_unlike_masses), interpreted(bodies_of_island)
 DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
 # measured: of an island at rest of very unlike masses: stacks of prisms and cylinders, eight points between two, one of
 # them 1e4 to 1e6 times heavier, factors leave at 1e-4; here they take 0.2 to 1.3 s, one to four times in a run
@@ -55,9 +57,11 @@ def rescue(network: Network, solver: Solver, tol: float) -> int:
 
 def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     """Whether island k is small enough, and the last ones were not in vain: of very unlike masses those may have been
-    that were met."""
-    if solver.most_factors == 0 or np.diff(network.islands.body_start)[k] > solver.most_inside:
+    that were met, and few bodies are worth it."""
+    if solver.most_factors == 0 or bodies_of(network, k) > solver.most_inside:
         return False
+    if bodies_of(network, k) <= EXACT_BODIES:
+        return True
     is_pressing = not network.islands.residual[k] <= tol and are_very_unlike(network, k)
     return bool(is_pressing or solver.patience.left[INTERIOR] == 0)
 
@@ -67,7 +71,8 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     islands, direct = network.islands, solver.direct
     before, made = float(islands.residual[k]), int(direct.desk.factors)
     goal = min(tol, SOLVED_TO_ROUNDING) if tol <= FINE and are_very_unlike(network, k) else tol
-    if not from_inside(network, direct, k, goal, goal):
+    starts = STARTS_OF_FEW if bodies_of(network, k) <= EXACT_BODIES else STARTS
+    if not from_inside(network, direct, k, goal, goal, starts):
         return False
     judge(network, k, tol)
     islands.rung[k] = BY_INTERIOR
