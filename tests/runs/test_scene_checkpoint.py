@@ -13,7 +13,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.commands.cli import main
 from nonsmooth.results import checkpoint as store
-from nonsmooth.runs import recorder, scene_run
+from nonsmooth.runs import recorder, scene_run, spring_run
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning"),  # of small heaps
@@ -262,23 +262,24 @@ TIMES = {
 
 
 @pytest.mark.parametrize("which", [1, 2, -1])
+@pytest.mark.parametrize("moment", ["go_on_from", "write_record"])
 @pytest.mark.parametrize("name", TIMES)
-def test_ctrl_c_between_a_step_and_its_record_loses_none(small, tmp_path, monkeypatch, name, which):
+def test_ctrl_c_between_a_step_and_its_record_loses_none(small, tmp_path, monkeypatch, name, moment, which):
     """The first record behind the start, the next one, and the last."""
-    options = TIMES[name] | ALL_KINDS
+    options, kind = TIMES[name] | ALL_KINDS, scene_run.SceneRun if name == "steps" else spring_run.SpringRun
     whole = ns.simulate(falling(), (0, 0.1), **options)
-    write, left = scene_run.SceneRun.write_record, [range(len(whole.t))[which]]
+    original, left = getattr(kind, moment), [range(len(whole.t))[which] - (moment == "go_on_from")]
 
-    def interrupted(run):
+    def interrupted(run, *given):
         left[0] -= 1
         if left[0] == -1:
             raise KeyboardInterrupt
-        write(run)
+        original(run, *given)
 
-    monkeypatch.setattr(scene_run.SceneRun, "write_record", interrupted)
+    monkeypatch.setattr(kind, moment, interrupted)
     stopped = ns.simulate(falling(), (0, 0.1), **options, checkpoint=tmp_path / "run.nsc")
     assert stopped.status == ns.Status.INTERRUPTED and stopped.t[-1] == whole.t[which]
-    monkeypatch.setattr(scene_run.SceneRun, "write_record", write)
+    monkeypatch.setattr(kind, moment, original)
     assert bits(ns.simulate(falling(), (0, 0.1), **options, resume=tmp_path / "run.nsc")) == bits(whole)
 
 
