@@ -1,8 +1,12 @@
-"""What the steps of scenes refuse, in one list: each with what ends it, or with the method that takes it."""
+"""What methods refuse of scenes, in one list: each with what ends it, or with the method that takes it.
+
+How large a scene may be that is integrated as its system is in scene_by_system.py.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
@@ -15,6 +19,17 @@ def require_taken(run: SceneRun, project: bool, functions: Sequence[Callable], t
     """Raise `InvalidInput` for the first thing of a run that its method does not take; ``functions`` are events."""
     for sentence in refused(run, project, functions, threads):
         raise InvalidInput(sentence)
+
+
+def require_taken_by_system(method: str, asked: Mapping[str, Any]) -> None:
+    """Raise `InvalidInput` for the first option that was asked for of a scene that is integrated as its system."""
+    from nonsmooth.scenes.as_system import CURE
+
+    for option in (option for option, value in asked.items() if value):
+        name, _, value = option.partition("=")
+        raise InvalidInput(
+            f"{method} integrates a scene as its system, which takes no {name}={value}; leave it out, or {CURE}"
+        )
 
 
 def refused(run: SceneRun, project: bool, functions: Sequence[Callable], threads: int) -> Iterator[str]:

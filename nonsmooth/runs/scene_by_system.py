@@ -45,6 +45,7 @@ from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import SceneStats
 from nonsmooth.results.table import event_arrays, event_row
 from nonsmooth.runs.choice import MOST_WITHOUT_FRICTION, STEPS_OF_SPAN, Auto
+from nonsmooth.runs.refused_scenes import require_taken_by_system
 from nonsmooth.scenes.as_system import CURE, moving_of, system_of, touches_of
 from nonsmooth.scenes.places import times, turn_by
 from nonsmooth.scenes.scene import Kind, Scene
@@ -109,13 +110,7 @@ class SceneBySystem:
     ) -> None:  # fmt: skip
         method = type(integrator).__name__
         self.kinds = kinds_of_scene(record)
-        refused = refused | {'record="pairs"': PAIRS in self.kinds}
-        for option, value in refused.items():
-            if value:
-                raise InvalidInput(
-                    f"{method} integrates a scene as its system, which takes no {option.partition('=')[0]}="
-                    f"{option.partition('=')[2]}; leave it out, or {CURE}"
-                )
+        require_taken_by_system(method, refused | {'record="pairs"': PAIRS in self.kinds})
         self.scene, self.t_span, self.t_0 = scene, t_span, t_span[0]
         self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()
         self.touches = touches_of(scene)
