@@ -10,13 +10,14 @@ from nonsmooth.contact.network import solve
 from nonsmooth.contact.planar import ladder
 from nonsmooth.integrators.assembly import step
 from nonsmooth.jit import Kernel, cache, loading
-from nonsmooth.jit.waiting import waiting
+from nonsmooth.jit.waiting import ERASED, sentence, waiting
 
 
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setenv("NONSMOOTH_QUIET", "0")
     monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
+    monkeypatch.setattr("os.getloadavg", lambda: (0.0, 0.0, 0.0))
 
 
 def long_wait(words):
@@ -40,6 +41,23 @@ def test_a_short_wait_and_a_quiet_one_say_nothing(impatient, monkeypatch, capsys
     monkeypatch.setenv("NONSMOOTH_QUIET", "1")
     long_wait("quiet")
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("running", "said"), [
+    (0.5, "about 20 s; kept"), (7.0, "about 40 s (20 s if nothing else ran); kept"),
+])  # fmt: skip
+def test_the_time_that_is_said_takes_the_load_of_the_machine_into_account(running, said, monkeypatch):
+    monkeypatch.setattr("os.getloadavg", lambda: (running, 0.0, 0.0))
+    monkeypatch.setattr("os.cpu_count", lambda: 4)
+    assert said in sentence("it", "new", 20.0, "here")
+
+
+def test_in_a_terminal_the_seconds_move_and_are_taken_away(impatient, monkeypatch, capsys):
+    monkeypatch.setattr("nonsmooth.jit.waiting.TICK", 0.02)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    long_wait("words")
+    first, *moved = capsys.readouterr().err.split(ERASED)
+    assert first == "words\n" and len(moved) >= 3 and set(moved) == {"0 s", ""} and moved[-1] == ""
 
 
 def test_a_wait_that_fails_is_over(impatient, capsys):
@@ -91,7 +109,7 @@ def test_a_scene_that_compiles_says_it_once_with_the_reason(impatient, monkeypat
     assert "(changed since, or another version of something beneath)" in capsys.readouterr().err
 
 
-def test_the_time_that_is_said_grows_with_the_code():
+def test_the_time_that_is_said_grows_with_the_code(impatient):
     few, many = step.stages_of(2, has_restitution=False), step.stages_of(3, has_restitution=True)
     seconds = [
         float(loading.words_for(kernels, loading.shares(kernels, 2)).split("about ")[1].split(" s")[0])
