@@ -41,8 +41,8 @@ SWEEPS_AT_REST = 100
 MOST_PULL = 10.0
 # chosen: a velocity of approach below this part of what gravity gives in a step is none: 1e-6 g dt^2 is 4e-11 m at 2 ms
 STILL = 1e-6
-# chosen: of the same: what is closed, or was pressed over a gap of at most that part of g dt^2, approaches by what
-# solvers leave
+# chosen: of the same: what was pressed over a gap of at most that part of g dt^2 approaches by what solvers leave, and
+# of few bodies what is closed. Measured: where that is so of all bodies, 6 of 24 heaps of 400 boxes rest for 10
 NO_FALL = 1e-2
 # measured: bodies of an island from which it is a heap: such come to rest by what their contacts lose as they wander,
 # and of nine heaps of 400 boxes four did not where they lost nothing
@@ -164,8 +164,8 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
             is_pressed = network.P[c, 0] > 0.0 and network.b[c, 0] + after <= NO_FALL * fall
             limit = still + EXACT_VELOCITY * size
             at = contacts.held[c]
-            is_closed = found.gap[c] <= 0.0 or (at >= 0 and contacts.closing_before[at] <= NO_FALL * fall)
-            if is_closed and network.soft[c] == 0.0:
+            is_closed = at >= 0 and contacts.closing_before[at] <= NO_FALL * fall
+            if network.soft[c] == 0.0 and (is_closed or (found.gap[c] <= 0.0 and is_of_few(network, c))):
                 limit += NO_FALL * fall
             if contacts.wander[c] != 0.0:
                 before, after = before - contacts.wander[c], after + contacts.wander[c]
