@@ -276,9 +276,8 @@ def simulate(
             from nonsmooth.runs.simulate_scene import simulate_scene
 
             of_scene = simulate_scene(
-                kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,
-                max_wall_time, progress, record, checkpoint, resume, checkpoint_every, view,
-                threads,
+                scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps, max_wall_time, progress,
+                record, checkpoint, resume, checkpoint_every, view, threads,
             )  # fmt: skip
             if why is not None:
                 of_scene.about["chosen"] = why
@@ -367,19 +366,6 @@ def friction_drives(solution: Solution) -> bool:
     ledger = solution.find_ledger([0, -1])
     friction, normal = (float(np.diff(ledger[name])[0]) for name in ("friction", "normal"))
     return friction > TOLD_WORK * abs(normal)
-
-
-def kind_of_run(integrator: Any) -> Any:
-    """The class of the run of a scene."""
-    from nonsmooth.integrators.penalty.options import Penalty
-
-    if isinstance(integrator, Penalty):
-        from nonsmooth.runs.spring_run import SpringRun
-
-        return SpringRun
-    from nonsmooth.runs.scene_run import SceneRun
-
-    return SceneRun
 
 
 def goes_by_system(integrator: Any) -> bool:

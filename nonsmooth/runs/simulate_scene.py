@@ -8,6 +8,7 @@ from typing import Any
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contract import Integrator
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.results.recorded import kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.identity import facts_of_scene_run
@@ -20,18 +21,18 @@ from nonsmooth.scenes.scene import Scene
 
 
 def simulate_scene(
-    kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
+    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
     project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
     progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
     view: bool, threads: int,
 ) -> SceneSolution:  # fmt: skip
-    """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
+    """`simulate` for a scene by steps of scenes, its arguments checked but for those of times."""
     kinds = kinds_of_scene(record)
     recorder = SceneRecorder(kinds)
     if checkpoint is not None or resume is not None:
         facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
-    run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions, threads)  # type: ignore[arg-type]
+    run = kind_of_run(integrator)(scene, t_span, integrator, every, t_eval, recorder, project, functions, threads)
     with looked_at(run, progress, view) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
@@ -39,6 +40,15 @@ def simulate_scene(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def kind_of_run(integrator: Integrator) -> type[SceneRun]:
+    """Of steps with rigid contacts, or on springs."""
+    if isinstance(integrator, MoreauJean):
+        return SceneRun
+    from nonsmooth.runs.spring_run import SpringRun
+
+    return SpringRun
 
 
 def facts_of(
