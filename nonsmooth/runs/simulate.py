@@ -276,8 +276,8 @@ def simulate(
             from nonsmooth.runs.simulate_scene import simulate_scene
 
             of_scene = simulate_scene(
-                scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps, max_wall_time, progress,
-                record, checkpoint, resume, checkpoint_every, view, threads,
+                scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps, max_wall_time,
+                progress, record, checkpoint, resume, checkpoint_every, view, threads,
             )  # fmt: skip
             if why is not None:
                 of_scene.about["chosen"] = why
