@@ -43,7 +43,7 @@ SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5", ".nc")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 UNNAMED = Path(".html")  # code: of a player whose file was not named
 AT_THE_END = ("t", "q", "u", "g_N", "mode")  # chosen: columns whose last row is printed
-PICTURED = 5  # chosen: of the picture of a scene, as of a model
+PICTURED = 6  # chosen: instants of the picture of a scene, which fill two rows of three
 
 
 def add_run(run: argparse.ArgumentParser) -> None:
@@ -118,7 +118,7 @@ def add_results(options: Options) -> None:
 
 def add_pictures(options: Options) -> None:
     """--picture, --animate, --view: the bodies themselves."""
-    options.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
+    options.add_argument("--picture", type=Path, metavar="FILE", help="draw the bodies at some instants")
     options.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
     options.add_argument(
         "--view", type=Path, nargs="?", const=UNNAMED, metavar="FILE.html",

@@ -11,10 +11,11 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.checks.arrays import as_listed, as_name
 from nonsmooth.checks.files import FIGURE_ENDINGS, as_place, whole_file
 from nonsmooth.drawing.colours import BLUE, ENERGIES, GREY, RED, REGIONS, STORED, STRIPS, cycled
 from nonsmooth.drawing.forces import CUT, PEAKLESS, draw_forces, draw_impulses, loads_of
@@ -29,7 +30,7 @@ from nonsmooth.drawing.labels import (
     velocity_label,
     with_unit,
 )
-from nonsmooth.errors import MissingExtra
+from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.mechanics.description import title_of as title_of_system
 from nonsmooth.mechanics.model_system import idle_parameters
 from nonsmooth.mechanics.system import ContactMode
@@ -58,6 +59,8 @@ MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impa
 PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
 UNDER_LABELS = 4.5  # chosen: of a legend below an axis, in its letters: under the numbers and the label of the axis
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": LETTER, "frameon": False}
+PLANE, ENERGY, FORCES = "phase plane", "energy", "forces"  # code: panels; others are called as what is recorded
+FLATTENED = 0.25  # chosen: of the largest work: energies that change less have axes of their own
 PHASE_PLANE, HISTORY, STRIP = 4.2, 1.3, 0.28  # chosen: heights [in]
 
 
@@ -95,7 +98,9 @@ def save_figure(figure: Any, path: str | Path | None) -> Any:
     return figure
 
 
-def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
+def plot_solution(
+    solution: Solution, path: str | Path | None = None, panels: Sequence[str] | None = None
+) -> Any:  # fmt: skip
     """Draw a run: states, energy, contact forces and modes against time, and the phase plane where the model has one.
 
     Coordinates of one unit share an axis. Impulses of collisions and seizures stand apart from the forces: see
@@ -107,6 +112,9 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     solution : Solution
     path : path-like, optional
         Where to save; the ending names the format.
+    panels : sequence of str, optional
+        Those that are drawn, of "phase plane", "coordinates", "velocities", "energy", "forces", "impulses", "modes";
+        all that there are when left out.
 
     Returns
     -------
@@ -114,13 +122,19 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
 
     Raises
     ------
+    InvalidInput
+        For a panel that this run does not have.
     MissingExtra
         When Matplotlib is not installed.
     """
     model = solution.system.parameters if solution.system else None
-    panels = panels_of(solution)
-    heights = [height for _, height in panels]
-    has_phase_plane = hasattr(model, "phase_map") and {COORDINATES, VELOCITIES, EVENTS} <= set(solution.recorded)
+    there = panels_of(solution)
+    plane = [PLANE] * (hasattr(model, "phase_map") and {COORDINATES, VELOCITIES, EVENTS} <= set(solution.recorded))
+    asked = asked_for(panels, [*plane, *(panel.name for panel in there)])
+    has_phase_plane, drawn = PLANE in asked, [panel for panel in there if panel.name in asked]
+    if not drawn:
+        raise InvalidInput("panels must name a history; the phase plane alone is no figure of a run")
+    heights = [panel.height for panel in drawn]
     title = title_of(solution, TITLE_LETTERS)
     over = 0.5 + 0.15 * title.count("\n") + 0.5
     figure = new_figure(WIDTH, sum(heights) + over + PHASE_PLANE * has_phase_plane)
@@ -128,10 +142,10 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     if has_phase_plane:
         above, histories = figure.subfigures(2, 1, height_ratios=(PHASE_PLANE, sum(heights) + 0.5))
         draw_phase_plane(above.subplots(), solution, model)
-    rows = histories.subplots(len(panels), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
-    for axes, (draw, _) in zip(rows, panels, strict=True):
-        draw(axes)
-    for axes in rows[: len(rows) - (panels[-1][0].func is draw_modes)]:
+    rows = histories.subplots(len(drawn), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    for axes, panel in zip(rows, drawn, strict=True):
+        panel.draw(axes)
+    for axes in rows[: len(rows) - (drawn[-1].name == MODES)]:
         axes.grid(alpha=0.25)
         axes.yaxis.set_major_formatter("{x:.6g}")
     name_times(rows[-1], solution.t)
@@ -140,8 +154,28 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     return save_figure(figure, path)
 
 
-def panels_of(solution: Solution) -> list[tuple[partial[None], float]]:
-    """What draws each history, and its height [in]: an axis that would be empty is left out.
+class Panel(NamedTuple):
+    """What is drawn in a row of a figure, and its height [in]."""
+
+    name: str
+    draw: partial[None]
+    height: float = HISTORY
+
+
+def asked_for(panels: Sequence[str] | None, there: Sequence[str]) -> list[str]:
+    """The names of the panels that are drawn, of those that there are."""
+    if panels is None:
+        return list(there)
+    asked = as_listed("panels", panels, "a list of names such as 'energy'")
+    if not asked:
+        raise InvalidInput(f"panels must name one at least; there are {', '.join(dict.fromkeys(there))}")
+    for name in asked:
+        as_name("panel", name, dict.fromkeys(there))
+    return asked
+
+
+def panels_of(solution: Solution) -> list[Panel]:
+    """What draws each history: an axis that would be empty is left out.
 
     Raises
     ------
@@ -149,29 +183,30 @@ def panels_of(solution: Solution) -> list[tuple[partial[None], float]]:
         Where nothing that is drawn was recorded.
     """
     recorded, n_c = solution.recorded, len(solution.described.contacts)
-    panels: list[tuple[partial[None], float]] = [(draw, HISTORY) for draw in state_panels(solution)]
-    panels += [(partial(draw_energy, solution=solution), HISTORY)] if LEDGER in recorded else []
+    panels = state_panels(solution)
+    panels += energy_panels(solution) if LEDGER in recorded else []
     if n_c and {IMPULSES, EVENTS} <= set(recorded):
         panels += load_panels(solution)
     if n_c and {MODES, EVENTS} <= set(recorded):
-        panels.append((partial(draw_modes, solution=solution), max(0.35, STRIP * n_c) if n_c <= 4 else HISTORY))
+        height = max(0.35, STRIP * n_c) if n_c <= 4 else HISTORY
+        panels.append(Panel(MODES, partial(draw_modes, solution=solution), height))
     if not panels:
         raise not_recorded("what a figure of the run shows", COORDINATES)
     return panels
 
 
-def load_panels(solution: Solution) -> list[tuple[partial[None], float]]:
+def load_panels(solution: Solution) -> list[Panel]:
     """Those of the contact forces and impulses."""
-    panels: list[tuple[partial[None], float]] = []
+    panels: list[Panel] = []
     loads = loads_of(solution)
     k = thinning(solution)[:-1]
     if loads.has_forces and loads.is_alone:
-        panels.append((partial(draw_forces, loads=loads, k=k, kind="normal friction"), HISTORY))
+        panels.append(Panel(FORCES, partial(draw_forces, loads=loads, k=k, kind="normal friction")))
     elif loads.has_forces:
-        panels.append((partial(draw_forces, loads=loads, k=k, kind="normal"), HISTORY))
-        panels += [(partial(draw_forces, loads=loads, k=k, kind="friction"), HISTORY)] * loads.has_friction
+        panels.append(Panel(FORCES, partial(draw_forces, loads=loads, k=k, kind="normal")))
+        panels += [Panel(FORCES, partial(draw_forces, loads=loads, k=k, kind="friction"))] * loads.has_friction
     if loads.has_impulses:
-        panels.append((partial(draw_impulses, loads=loads), HISTORY))
+        panels.append(Panel(IMPULSES, partial(draw_impulses, loads=loads)))
     return panels
 
 
@@ -242,7 +277,7 @@ def title_rows(title: str, letters: int) -> list[str]:
     return [row for given in joined.split("\n") for row in broken(given, letters)]
 
 
-def state_panels(solution: Solution) -> list[partial[None]]:
+def state_panels(solution: Solution) -> list[Panel]:
     """Coordinates and velocities, one axis for each unit; a picture over space and time of many with one unit."""
     names = coordinates_of(solution)
     units = list(dict.fromkeys(unit for _, unit in names))
@@ -250,7 +285,7 @@ def state_panels(solution: Solution) -> list[partial[None]]:
         rate = f"{units[0]}/s" if units[0] else ""
         labels = {COORDINATES: with_unit("coordinate", units[0]), VELOCITIES: with_unit("velocity", rate)}
         return [
-            partial(draw_over_space, solution=solution, values=values, label=labels[kind])
+            Panel(kind, partial(draw_over_space, solution=solution, values=values, label=labels[kind]))
             for kind, values, _ in states_of(solution)
         ]
     panels, velocities = [], list(solution.described.velocities)
@@ -259,7 +294,8 @@ def state_panels(solution: Solution) -> list[partial[None]]:
             names, label = velocities, coordinate_label
         for unit in dict.fromkeys(unit for _, unit in names):
             group = [i for i, (_, own) in enumerate(names) if own == unit]
-            panels.append(partial(draw_states, solution=solution, values=values, group=group, names=names, label=label))
+            draw = partial(draw_states, solution=solution, values=values, group=group, names=names, label=label)
+            panels.append(Panel(kind, draw))
     return panels
 
 
@@ -318,26 +354,38 @@ def draw_over_space(axes: Any, solution: Solution, values: np.ndarray, label: st
     axes.set_ylabel("number of the\ncoordinate")
 
 
-def draw_energy(axes: Any, solution: Solution) -> None:
-    """Energies and works, all since the start; of a changing mass and its gyroscopic force, which cancel, the sum."""
+def energy_panels(solution: Solution | SceneSolution) -> list[Panel]:
+    """Energies and works, all since the start; of a changing mass and its gyroscopic force, which cancel, the sum.
+
+    Works that grow with the time, as those of a belt, would flatten the energies: these have axes of their own then.
+    Of the terms that change: rounding of the energies, and of the largest change, is none.
+    """
     ledger = dict(solution.ledger)
     if "mass" in ledger:
         ledger["force, changing mass"] = ledger.pop("force") + ledger.pop("mass")
-    draw_ledger(axes, solution.t, ledger, thinning(solution))
-
-
-def draw_ledger(axes: Any, t: np.ndarray, ledger: Mapping[str, np.ndarray], k: np.ndarray) -> None:
-    """The terms that change, at the records k; rounding of the energies, and of the largest change, is none."""
+    spans = {name: float(np.ptp(ledger[name])) for name in ENERGIES if name in ledger}
     size = max(float(np.abs(values).max()) for values in ledger.values())
-    most = max(float(np.ptp(values)) for values in ledger.values())
-    least = max(FLAT * most, LEDGER_ROUNDING * size)
-    changing = [name for name in ENERGIES if name in ledger and np.ptp(ledger[name]) > least]
-    for name in changing:
+    least = max(FLAT * max(spans.values()), LEDGER_ROUNDING * size)
+    changing = [name for name, span in spans.items() if span > least]
+    stored, works = ([name for name in changing if (name in STORED) == is_stored] for is_stored in (True, False))
+    is_flat = bool(stored and works) and max(spans[k] for k in stored) < FLATTENED * max(spans[k] for k in works)
+    drawn = partial(draw_ledger, t=solution.t, ledger=ledger, k=thinning(solution))
+    if is_flat:
+        return [Panel(ENERGY, partial(drawn, names=stored)), Panel(ENERGY, partial(drawn, names=works, word="work"))]
+    return [Panel(ENERGY, partial(drawn, names=changing))]
+
+
+def draw_ledger(
+    axes: Any, t: np.ndarray, ledger: Mapping[str, np.ndarray], k: np.ndarray, names: list[str],
+    word: str = "change of\nenergy",
+) -> None:  # fmt: skip
+    """Terms at the records k."""
+    for name in names:
         colour, dashes = ENERGIES[name]
         label = f"{name} energy" if name in STORED else f"work: {name}"
         axes.plot(t[k], ledger[name][k] - ledger[name][0], label=label, color=colour, ls=dashes, lw=1.3)
-    axes.set_ylabel("change of\nenergy [J]")
-    if changing:
+    axes.set_ylabel(f"{word} [J]")
+    if names:
         legend_above(axes)
     else:
         axes.plot(t[[0, -1]], [0.0, 0.0], color=GREY, lw=1.0)

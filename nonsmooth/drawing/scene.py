@@ -253,14 +253,28 @@ def scene_model(solution: Solution) -> Any:
     return solution.described
 
 
+def with_surroundings(low: np.ndarray, high: np.ndarray, still: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The box of a motion, widened until it reaches each line that stands still, unless that is farther than its size.
+
+    A line that passes through the box, as the ground does, widens it no further.
+    """
+    size = (high - low).max()
+    for line in still:
+        least, most = line.min(axis=0), line.max(axis=0)
+        if np.maximum(least - high, low - most).max() <= size:
+            low, high = np.minimum(low, most), np.maximum(high, least)
+    return low, high
+
+
 def prepare(axes: Any, solution: Solution, model: Any) -> None:
     """Equal axes that hold the whole motion, and the ground."""
     shown = np.unique(np.linspace(0, len(solution.t) - 1, 200).astype(int))
     points = np.concatenate([line for k in shown for line in model.shape(solution.q[k])])
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = 0.08 * (high - low).max() or 1.0
     for line in model.outline() if model.outline else []:
         axes.plot(line[:, 0], line[:, 1], color="grey", lw=1)
+    low, high = with_surroundings(low, high, model.outline() if model.outline else [])
+    margin = 0.08 * (high - low).max() or 1.0
     width, height = high - low + 2 * margin
     across = axes.figure.get_figwidth()
     axes.figure.set_size_inches(across, float(np.clip(across * height / width + 1.0, LEAST_HEIGHT, MOST_HEIGHT)))

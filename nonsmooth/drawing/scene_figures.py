@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 5.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
 WIDE_SCENE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
+INSTANTS_IN_ROW = (3, 2, 4)  # chosen: of instants, the first that leaves the fewest places empty
 BODIES_DRAWN, FEWEST_FRAMES = 60_000, 60  # chosen: of an animation: bodies in all frames, some 0.2 ms each, and frames
 JOINT_SIZE = 2.5  # chosen: of the circle of a joint [pt]
 
@@ -71,9 +72,10 @@ def picture(
 
 
 def arranged(extent: tuple[np.ndarray, np.ndarray], n: int, across: float) -> tuple[int, int, float]:
-    """Rows and columns of so many instants, and the height [in] that suits a width."""
+    """Rows and columns of so many instants with the fewest empty places, and the height [in] that suits a width."""
     wide, tall = extent[1] - extent[0]
-    columns = 1 if wide > WIDE_SCENE * tall else min(n, 3)
+    columns = n if n <= INSTANTS_IN_ROW[0] else min(INSTANTS_IN_ROW, key=lambda number: -n % number)
+    columns = 1 if wide > WIDE_SCENE * tall else columns
     rows = -(-n // columns)
     return rows, columns, float(across / columns * tall / wide * rows + 0.9 * rows)
 

@@ -8,6 +8,7 @@ rounding lets it, measured by sqrt(g L) of the picture's size L, is drawn at res
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,8 +21,10 @@ from nonsmooth.drawing.plots import (
     HISTORY,
     TITLE_LETTERS,
     WIDTH,
+    Panel,
+    asked_for,
     broken,
-    draw_ledger,
+    energy_panels,
     equations,
     name_times,
     new_figure,
@@ -32,6 +35,7 @@ from nonsmooth.drawing.plots import (
     words_of,
 )
 from nonsmooth.drawing.scene_figures import arranged, draw_instants, extent_of
+from nonsmooth.errors import InvalidInput
 from nonsmooth.results.recorded import BODIES, CONTACTS, LEDGER, not_recorded
 from nonsmooth.scenes.scene import Kind
 
@@ -42,10 +46,13 @@ MOST_PICTURED = 5000  # chosen: bodies that are drawn unasked: a picture takes a
 PICTURE_HEIGHTS = 1.6, 3.6  # chosen: least and greatest height of the pictures [in]
 FEW = 4  # chosen: bodies with a curve each
 NAME = 24  # chosen: letters of a body's name in a legend
+SPEEDS, ACCURACY = "speeds", "accuracy"  # code: panels
 RANKED = (("fastest", 1.0), ("middle", 0.5))  # chosen: quantiles of the speeds of many bodies
 
 
-def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
+def plot_scene(
+    solution: SceneSolution, path: str | Path | None = None, panels: Sequence[str] | None = None
+) -> Any:  # fmt: skip
     """Draw the bodies at the start and at the end, and energies, speeds, contacts, residual and penetration over time.
 
     Parameters
@@ -53,6 +60,8 @@ def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
     solution : SceneSolution
     path : path-like, optional
         Where to save; the ending names the format.
+    panels : sequence of str, optional
+        Those that are drawn, of "bodies", "energy", "speeds", "contacts", "accuracy"; all that there are when left out.
 
     Returns
     -------
@@ -61,30 +70,35 @@ def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
     Raises
     ------
     InvalidInput
-        Where neither bodies nor energies were recorded.
+        Where neither bodies nor energies were recorded, and for a panel that this run does not have.
     MissingExtra
         When Matplotlib is not installed.
     """
     kept = solution.recorded
     if not {BODIES, LEDGER} & set(kept):
         raise not_recorded("what a figure of the run shows", BODIES)
-    panels: list[partial[None]] = [partial(draw_energies, solution=solution)] if LEDGER in kept else []
+    there = energy_panels(solution) if LEDGER in kept else []
     if BODIES in kept:
-        panels += [partial(draw_speeds, solution=solution, is_spin=is_spin) for is_spin in (False, True)]
-    panels += [partial(draw_contacts, solution=solution)] if CONTACTS in kept else []
-    panels.append(partial(draw_accuracy, solution=solution))
-    heights = [HISTORY] * len(panels)
+        there += [Panel(SPEEDS, partial(draw_speeds, solution=solution, is_spin=is_spin)) for is_spin in (False, True)]
+    there += [Panel(CONTACTS, partial(draw_contacts, solution=solution))] if CONTACTS in kept else []
+    there.append(Panel(ACCURACY, partial(draw_accuracy, solution=solution)))
+    is_pictured = solution.scene is not None and BODIES in kept and len(solution.names) <= MOST_PICTURED
+    asked = asked_for(panels, [*[BODIES] * is_pictured, *(panel.name for panel in there)])
+    drawn = [panel for panel in there if panel.name in asked]
+    if not drawn:
+        raise InvalidInput("panels must name a history; bodies alone are what picture() draws")
+    heights = [HISTORY] * len(drawn)
     figure, below = new_figure(WIDTH, sum(heights) + 1.2), None
-    if solution.scene is not None and BODIES in kept and len(solution.names) <= MOST_PICTURED:
+    if BODIES in asked:
         extent, records = extent_of(solution), np.unique([0, len(solution.t) - 1])
         rows, columns, height = arranged(extent, len(records), WIDTH)
         height = float(np.clip(height, *PICTURE_HEIGHTS))
         figure.set_size_inches(WIDTH, sum(heights) + 1.2 + height)
         above, below = figure.subfigures(2, 1, height_ratios=(height, sum(heights) + 0.6))
         draw_instants(above, solution, records, extent, rows, columns)
-    places = (below or figure).subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, draw in zip(places, panels, strict=True):
-        draw(axes)
+    places = (below or figure).subplots(len(drawn), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, panel in zip(places, drawn, strict=True):
+        panel.draw(axes)
         axes.grid(alpha=0.25)
         if axes.get_yscale() == "linear":
             axes.yaxis.set_major_formatter("{x:.6g}")
@@ -100,11 +114,6 @@ def title_of(solution: SceneSolution) -> str:
     options = broken(words_of(solution.about["integrator"]), TITLE_LETTERS)
     numbers = broken(equations(solution.about), TITLE_LETTERS)
     return "\n".join([*broken(scene, TITLE_LETTERS), *options, *numbers, *unfinished(solution)])
-
-
-def draw_energies(axes: Any, solution: SceneSolution) -> None:
-    """As of a model, in the same colours."""
-    draw_ledger(axes, solution.t, solution.ledger, thinning(solution))
 
 
 def draw_speeds(axes: Any, solution: SceneSolution, is_spin: bool) -> None:

@@ -7,7 +7,7 @@ Kept in other files: its columns (table.py), a body or a joint by name (scene_bo
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -299,9 +299,10 @@ class SceneSolution(RecordsOfScene):
         comes back."""
         return view(self, "animate")(self, path, fps)
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Draw energies, residual and contacts over the time (needs the extra [plot]); returns the figure."""
-        return view(self, "plot")(self, path)
+    def plot(self, path: str | Path | None = None, panels: Sequence[str] | None = None) -> Any:
+        """Draw energies, residual and contacts over the time, or some of these ``panels``, as ``["energy"]`` (needs the
+        extra [plot]); returns the figure."""
+        return view(self, "plot")(self, path, panels)
 
     def view(self, path: str | Path | None = None) -> Any:
         """The player of the scene: one .html file that any browser opens offline, or inline in a notebook.

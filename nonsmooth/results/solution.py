@@ -8,7 +8,7 @@ figures (stats.py), the motion between the records (motion.py); who draws, saves
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -249,9 +249,10 @@ class Solution:
         """The run in a few lines: modes with times, paradoxes, worst figures, energy, cost."""
         return view(self, "summary")(self)
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Draw the run (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
-        return view(self, "plot")(self, path)
+    def plot(self, path: str | Path | None = None, panels: Sequence[str] | None = None) -> Any:
+        """Draw the run, or some of its ``panels`` such as ``["energy", "modes"]`` (needs the extra [plot]); returns the
+        Matplotlib figure, saved to ``path`` if given."""
+        return view(self, "plot")(self, path, panels)
 
     def picture(
         self, path: str | Path | None = None, n: int = 5, times: Any = None, width: float | None = None

@@ -18,12 +18,13 @@ from models import (
     SelfLockingRod,
     SpragSlip,
 )
+from nonsmooth.catalogue import BoxStack
 from nonsmooth.catalogue import load as load_model
 from nonsmooth.catalogue.entries import model_entries
 from nonsmooth.drawing.colours import CYCLE, ENERGIES, STRIPS
 from nonsmooth.drawing.forces import is_lonely, loads_of
 from nonsmooth.drawing.plots import draw_strip, new_figure
-from nonsmooth.drawing.scene import MAX_FRAMES, frames_of, periods_of
+from nonsmooth.drawing.scene import MAX_FRAMES, frames_of, periods_of, with_surroundings
 from tests.drawing.looks import faults
 
 
@@ -354,12 +355,49 @@ def lab_without(matrix, colour):
 
 def test_an_energy_has_its_colour_whatever_other_terms_there_are(ball, seizing_rod):
     def colours(solution):
-        (axes,) = (axes for axes in axes_of(solution.plot()) if "energy" in axes.get_ylabel())
-        return {line.get_label(): (line.get_color(), line.get_linestyle()) for line in axes.lines}
+        rows = [axes for axes in axes_of(solution.plot()) if "[J]" in axes.get_ylabel()]
+        return {line.get_label(): (line.get_color(), line.get_linestyle()) for axes in rows for line in axes.lines}
 
     one, other = colours(ball), colours(seizing_rod)
     shared = one.keys() & other.keys()
     assert len(shared) >= 3 and all(one[name] == other[name] for name in shared)
+
+
+def test_works_that_grow_do_not_flatten_the_energies(ball):
+    """A belt works as long as it runs while the oscillator keeps its energy: each has axes; those of a ball are one."""
+    belt = BeltOscillator(vb=0.2)
+    sol = ns.simulate(belt, (0, 20), *belt.state(), integrator=ns.MoreauJean(dt=1e-3))
+    energies, works = [axes for axes in axes_of(sol.plot()) if "[J]" in axes.get_ylabel()]
+    assert {line.get_label() for line in energies.lines} == {"kinetic energy", "potential energy"}
+    assert {line.get_label() for line in works.lines} == {"work: force", "work: friction", "work: surface"}
+    assert energies.get_ylim()[1] < 0.1 * works.get_ylim()[1] and faults(sol.plot()) == []
+    assert len([axes for axes in axes_of(ball.plot()) if "[J]" in axes.get_ylabel()]) == 1
+
+
+def test_some_panels_make_a_figure_of_their_own(ball, seizing_rod, tmp_path):
+    figure = ball.plot(tmp_path / "some.png", panels=["modes", "energy"])
+    assert [axes.get_ylabel() for axes in figure.axes] == ["change of\nenergy [J]", "mode"]
+    assert figure.get_figheight() < 0.5 * ball.plot().get_figheight()
+    assert any("rad/s" in axes.get_ylabel() for axes in axes_of(seizing_rod.plot(panels=["phase plane", "modes"])))
+    stack = BoxStack(n=2, dim=2)
+    run = ns.simulate(stack, (0, 0.01), integrator=ns.MoreauJean(dt=stack.dt))
+    assert [axes.get_xlabel() for axes in axes_of(run.plot(panels=["bodies", "energy"]))] == ["x [m]", "x [m]", "t [s]"]
+    for sol, panels, said in (
+        (ball, ["enrgy"], "did you mean 'energy'"), (run, ["modes"], "there is no panel 'modes'"),
+        (ball, [], "must name one at least; there are coordinates"), (ball, "energy", "must be a list of names"),
+        (seizing_rod, ["phase plane"], "must name a history"), (run, ["bodies"], "must name a history"),
+    ):  # fmt: skip
+        with pytest.raises(ns.InvalidInput, match=said):
+            sol.plot(panels=panels)
+
+
+def test_a_picture_reaches_to_what_stands_near_and_no_farther():
+    low, high = with_surroundings(np.zeros(2), np.ones(2), [
+        np.array([[-5.0, -0.2], [5.0, -0.2]]),  # the ground: passes below, and is longer than the motion
+        np.array([[1.8, 0.0], [1.8, 9.0]]),  # a wall
+        np.array([[4.0, 0.0], [4.0, 9.0]]),  # another, farther away than the motion is large
+    ])  # fmt: skip
+    assert low.tolist() == [0.0, -0.2] and high.tolist() == [1.8, 1.0]
 
 
 def axes_of(figure):
