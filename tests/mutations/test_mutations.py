@@ -181,7 +181,7 @@ MUTATIONS = {
         PAIRS + "test_what_sleeps_goes_on_with_its_weight_and_no_bit_depends_on_its_sleep",
     ),
     "pairs that rebound have the impulse of their landing alone": Mutation(
-        "integrators/assembly/stages.py", "        book_by_pairs(places, 1)\n", "",
+        "integrators/assembly/stages.py", "        book_by_pairs(places, 1, False)\n", "",
         PAIRS + "test_two_discs_that_collide_at_an_angle_exchange_what_each_loses",
     ),
     "the point beneath what is carried stays behind": Mutation(
@@ -229,6 +229,15 @@ MUTATIONS = {
         "integrators/springs/law.py", "la = normal_force(law.law, law.k, c, d, d_rate)",
         "la = normal_force(law.law, law.k, -c, d, d_rate)",
         "tests/integrators/springs/test_spring_scenes.py::test_damped_ball_rebounds_with_the_closed_form_restitution",
+    ),
+    "a belt takes what it gives, pair by pair": Mutation(
+        "integrators/springs/exchange.py", "= friction, -given", "= friction, given",
+        "tests/integrators/springs/test_spring_pairs.py::"
+        "test_pairs_on_springs_sum_up_to_the_ledger_and_to_the_momenta",
+    ),
+    "the step to come begins without what springs do": Mutation(
+        "integrators/springs/steps.py", "write_exchange(network, springs, 0, c, c, d, given)", "given = 0.0",
+        "tests/integrators/springs/test_spring_pairs.py::test_two_discs_on_springs_exchange_what_each_loses",
     ),
 }  # fmt: skip
 
