@@ -215,8 +215,10 @@ def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = Non
         axes.plot(lost, np.full(len(lost), 0.015 + 0.025 * k), "|", color=shade, ms=5,
                   transform=axes.get_xaxis_transform(), label=f"opens, {name}" if len(lost) else None)  # fmt: skip
     axes.set_xlabel(label or parameter_label(diagram.parameter, getattr(diagram.system, "parameters", None)))
+    name, _, unit = diagram.coordinate_label.rstrip("]").partition(" [")
+    place = with_unit(name, unit) if name else f"q[{diagram.coordinate}]"
     what = "local maxima of" if diagram.periods is None else "once a period of the forcing:"
-    axes.set_ylabel(f"{what} {diagram.coordinate_label or f'q[{diagram.coordinate}]'}")
+    axes.set_ylabel(f"{what} {place}")
     axes.margins(y=0.1)
     axes.grid(alpha=0.25)
     legend_above(axes)

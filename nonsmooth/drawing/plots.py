@@ -27,6 +27,7 @@ from nonsmooth.drawing.labels import (
     coordinates_of,
     legend_above,
     show_no_rounding,
+    spelt,
     velocity_label,
     with_unit,
 )
@@ -53,7 +54,7 @@ MAX_NAMES = 8  # chosen: coordinates drawn; a chain has hundreds
 HAIR = 2e-3  # chosen: of the run: a mode that lasts less would be thinner than a dot
 LETTERS = 14.0  # chosen: of a title, per inch of the figure's width
 OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted", "points_reached"}  # chosen: no quantities
-TITLE_LETTERS = 72  # chosen: of a line of a title, monospace, in the width of a figure
+TITLE_LETTERS = 71  # chosen: of a line of a title, monospace, in the width of a figure
 TIMES_SHOWN = 6  # chosen: numbers along the time: short runs have long ones
 MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
@@ -235,7 +236,7 @@ def name_times(axes: Any, t: np.ndarray) -> None:
 
 def equations(values: Mapping[str, Any]) -> str:
     """The numbers among the values as "mu = 0.5", each in one piece where the line is broken."""
-    return "  ".join(f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in values.items()
+    return "  ".join(f"{spelt(name)}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in values.items()
                      if isinstance(value, int | float))  # fmt: skip
 
 

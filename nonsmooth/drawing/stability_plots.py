@@ -13,7 +13,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_listed
 from nonsmooth.drawing.colours import BLACK, BLUE, CYCLE, GREY, PALE, STYLES, cycled
-from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
+from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label, spelt
 from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, heading, held_fixed, new_figure, save_figure, set_title
 from nonsmooth.drawing.scene import scene_model
 from nonsmooth.equilibria.linearise import Verdict
@@ -151,8 +151,8 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
                 else:
                     axes.axvspan(*sorted((before, after)), color=colour, alpha=0.15, lw=0)
             text = verdict.name.lower().replace("_", " ")
-            where = f"from {curve.parameter} = {edge.value:.9g}" if edge is not None else \
-                f"from between {curve.parameter} = {before:.5g} and {after:.5g}"  # fmt: skip
+            where = f"from {spelt(curve.parameter)} = {edge.value:.9g}" if edge is not None else \
+                f"from between {spelt(curve.parameter)} = {before:.5g} and {after:.5g}"  # fmt: skip
             said.append(f"{label + ': ' if label else ''}{text} {where}")
     first = next(iter(family.values()))
     above.set_ylabel("growth Re $s$\n[1/s]")
@@ -164,7 +164,7 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
     above.axhline(0, color=GREY, lw=0.8)
     locus.axvline(0, color=GREY, lw=0.8)
     for end, marker, fill in ((0, "o", "white"), (-1, "s", BLACK)):
-        label = f"{first.parameter} = {first.values[end]:g}"
+        label = f"{spelt(first.parameter)} = {first.values[end]:g}"
         locus.plot([], [], color=BLACK, marker=marker, mfc=fill, ls="", label=label)
     legend_above(locus)
     legend_above(above)
@@ -222,7 +222,7 @@ def plot_amplitudes(
     curves: Mapping[str, tuple[Any, Sequence[AveragedMotion]]],
     path: str | Path | None = None,
     points: Mapping[str, tuple[Any, Any]] | None = None,
-    xlabel: str = "belt speed $v_b$ [m/s]",
+    xlabel: str = "belt speed vb [m/s]",
     unit: str = "m",
 ) -> Any:
     """Averaged amplitudes against a parameter, stable ones solid and unstable ones dashed, with measured ones as dots.

@@ -9,7 +9,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_name
 from nonsmooth.drawing.colours import BLUE, PALE, RED
-from nonsmooth.drawing.labels import LETTER
+from nonsmooth.drawing.labels import LETTER, parameter_label, spelt
 from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, is_geometric, new_figure, save_figure, set_title
 from nonsmooth.errors import InvalidInput
 from nonsmooth.sweeps.task import OF_COORDINATE
@@ -134,7 +134,7 @@ def panels_of(found: xarray.Dataset, name: str, axes: list[str]) -> dict[str, np
     for place in np.ndindex(*(found.sizes[dim] for dim in further)):
         where = dict(zip(further, place, strict=True))
         entry = column.isel(where)
-        labels = [str(entry[dim].values) if dim in entry.coords else f"{dim} {k}" for dim, k in where.items()]
+        labels = [spelt(str(entry[dim].values)) if dim in entry.coords else f"{dim} {k}" for dim, k in where.items()]
         own = str(entry.coords["coordinate_unit"].values) if "coordinate_unit" in entry.coords else ""
         of = f" of {', '.join(labels)}" if labels and max(found.sizes[dim] for dim in further) > 1 else ""
         panels[f"{name}{of} [{unit.replace(OF_COORDINATE, own) or '-'}]"] = entry.transpose(*axes).values
@@ -145,7 +145,7 @@ def panels_of(found: xarray.Dataset, name: str, axes: list[str]) -> dict[str, np
 
 def with_unit(axis: xarray.DataArray) -> str:
     """The axis as a label."""
-    return f"{axis.name} [{axis.attrs['units']}]" if "units" in axis.attrs else str(axis.name)
+    return parameter_label(str(axis.name), unit=axis.attrs.get("units", ""))
 
 
 def draw_curve(figure: Any, place: Any, axes: list[xarray.DataArray], values: np.ndarray, label: str) -> None:

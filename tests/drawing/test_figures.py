@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import nonsmooth as ns
 from models import (
@@ -23,6 +24,8 @@ from nonsmooth.catalogue import load as load_model
 from nonsmooth.catalogue.entries import model_entries
 from nonsmooth.drawing.colours import CYCLE, ENERGIES, STRIPS
 from nonsmooth.drawing.forces import is_lonely, loads_of
+from nonsmooth.drawing.labels import spelt
+from nonsmooth.drawing.player.solution_film import film_of_solution
 from nonsmooth.drawing.plots import draw_strip, new_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, frames_of, periods_of, with_surroundings
 from tests.drawing.looks import faults
@@ -48,9 +51,7 @@ def texts(figure):
 
 def test_phase_plane_names_its_curves_and_regions(seizing_rod):
     shown = texts(seizing_rod.plot())
-    assert {"$v_t = 0$", "$N = 0$", "$M = 0$", "th [rad]", "th' [rad/s]", "t [s]", "change of\nenergy [J]"} <= set(
-        shown
-    )
+    assert {"$v_t = 0$", "$N = 0$", "$M = 0$", "θ [rad]", "θ' [rad/s]", "t [s]", "change of\nenergy [J]"} <= set(shown)
     assert {"no solution while it slides", "two solutions while it slides"} <= set(shown)  # at rest the counts differ
 
 
@@ -160,14 +161,14 @@ def test_a_chain_is_drawn_over_space_and_time_with_the_contacts_that_carry_most(
 
 def test_coordinates_of_metres_and_of_radians_have_axes_of_their_own(seizing_rod):
     shown = texts(seizing_rod.plot())
-    assert {"y\n[m]", "th\n[rad]", "y'\n[m/s]", "th'\n[rad/s]"} <= set(shown)
+    assert {"y\n[m]", "θ\n[rad]", "y'\n[m/s]", "θ'\n[rad/s]"} <= set(shown)
 
 
 def test_a_seized_screw_stands_still_in_its_figure():
     screw = LeadScrew()
     solution = ns.simulate(screw, (0, 1e-3), *screw.state(th=0.0, thdot=-1.0), integrator=ns.MoreauJean(dt=1e-5))
     assert 0 < np.ptp(solution.q[:, 1]) < 1e-15  # rounding, which would fill the axis
-    (angle,) = (axes for axes in solution.plot().axes if axes.get_ylabel() == "th\n[rad]")
+    (angle,) = (axes for axes in solution.plot().axes if axes.get_ylabel() == "θ\n[rad]")
     assert np.ptp(angle.get_ylim()) > 1e-5 * np.abs(solution.u[:, 1]).max()
 
 
@@ -436,3 +437,22 @@ def test_a_figure_is_laid_out_and_drawn_once_where_it_is_saved_and_looks_as_matp
 def test_every_format_is_saved_at_its_size(ball, tmp_path, ending):
     assert ball.plot(tmp_path / f"ball.{ending}").get_layout_engine() is not None
     assert (tmp_path / f"ball.{ending}").stat().st_size > 5_000
+
+
+@pytest.mark.parametrize(("typed", "drawn"), [
+    ("th", "θ"), ("thdot", "θ'"), ("th0", "θ0"), ("th1dot", "θ1'"), ("mu", "μ"), ("mu_k", "μ_k"), ("xdot", "x'"),
+    ("vb", "vb"), ("kth", "kth"), ("thick", "thick"), ("dot", "dot"), ("q[0]", "q[0]"), ("θ", "θ"), ("tilt_rate",) * 2,
+])  # fmt: skip
+def test_a_name_has_one_spelling_in_every_figure(typed, drawn):
+    assert spelt(typed) == drawn == spelt(drawn)
+
+
+def test_axes_titles_and_the_player_spell_a_name_alike(seizing_rod):
+    """Angle and friction of the same rod, in a run, a map and a sweep."""
+    chart = ns.paradox_map(SpragSlip(), th=[0.7, 0.8], mu=[0.5, 1.5], thdot=0.0)
+    found = ns.sweep(ns.RunTask(SpragSlip(), "final_state", t_span=(0, 0.01), integrator=ns.MoreauJean(1e-3)),
+                     {"mu": [0.5, 0.6], "th": [0.7, 0.8]}, progress=False)  # fmt: skip
+    for figure in (ns.plot_map(chart), ns.plot_sweep(found), seizing_rod.plot()):
+        words = " ".join(text.get_text() for text in figure.findobj(Text))
+        assert "θ" in words and "μ" in words and not re.search(r"\b(th|thdot|mu)\b|theta(?! *=)|\\mu\b", words)
+    assert {curve.name for curve in film_of_solution(seizing_rod).curves if curve.group == "coordinates"} == {"y", "θ"}

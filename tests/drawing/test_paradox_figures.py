@@ -35,7 +35,7 @@ def test_map_hatches_and_names_its_regions_and_draws_curves_and_motions():
     assert any(line.shape == motion.shape and np.array_equal(line, motion) for line in drawn)
     hatches = {hatch for area in figure.axes[0].collections for hatch in (getattr(area, "hatches", None) or [])}
     assert {"//", ".."} <= hatches
-    assert figure.axes[0].get_xlabel() == "$\\theta$ [rad]" and "rad/s" in figure.axes[0].get_ylabel()
+    assert figure.axes[0].get_xlabel() == "θ [rad]" and "rad/s" in figure.axes[0].get_ylabel()
 
 
 def test_the_data_of_a_sweep_are_no_map_of_paradoxes():

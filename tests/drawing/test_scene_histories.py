@@ -7,6 +7,7 @@ import nonsmooth as ns
 from nonsmooth.catalogue.entries import load, scene_entries
 from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.drawing.colours import ENERGIES
+from nonsmooth.drawing.labels import spelt
 from tests.drawing.looks import faults, labels
 
 STEPS = 10
@@ -54,7 +55,7 @@ def test_the_title_has_the_parameters_of_what_built_the_scene_and_so_has_its_fil
     assert held
     for solution in (run, ns.SceneSolution.load(run.save(tmp_path / "run.npz"))):
         title = solution.plot().get_suptitle()
-        assert all(f"{name} = {value:.4g}" in title for name, value in held.items())
+        assert all(f"{spelt(name)} = {value:.4g}" in title for name, value in held.items())
 
 
 def test_a_scene_of_one_material_says_its_friction_and_one_of_several_does_not(thrown):

@@ -9,6 +9,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
+from nonsmooth.drawing.labels import spelt
 
 
 def test_uncoupled_modes_keep_their_names_where_their_frequencies_cross():
@@ -157,7 +158,7 @@ def test_the_figure_says_where_stability_is_lost_as_the_solver_does_however_few_
     (before, after, was, becomes), *_ = path.changes
     exact = ns.flutter_boundary(model, parameter, (min(before, after), max(before, after))).value
     said = "\n".join(axes.get_title(loc="left") for axes in path.plot().axes)
-    assert f"{parameter} = {exact:.9g}" in said
+    assert f"{spelt(parameter)} = {exact:.9g}" in said
     assert path.boundary(before, after).value == pytest.approx(exact, rel=1e-11)
     lines = [line for axes in path.plot().axes[:2] for line in axes.lines if len(set(line.get_xdata())) == 1]
     assert any(line.get_xdata()[0] == pytest.approx(exact, rel=1e-11) for line in lines)
@@ -175,4 +176,4 @@ def test_a_change_that_is_no_loss_of_stability_is_given_between_its_two_values()
         verdicts=verdicts, is_virtual=path.is_virtual[-2:], points=tuple(unstable[-2:]),
     )  # fmt: skip
     assert two.boundary(0.75, 1.0) is None
-    assert "divergence from between mu = 0.75 and 1" in two.plot().axes[1].get_title(loc="left")
+    assert "divergence from between μ = 0.75 and 1" in two.plot().axes[1].get_title(loc="left")

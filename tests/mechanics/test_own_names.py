@@ -36,7 +36,7 @@ def test_system_without_names_counts_its_coordinates():
 def test_figures_have_names_and_units(swing):
     figure = swing.plot()
     labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
-    assert {"th [rad]", "x [m]", "th' [rad/s]", "x' [m/s]", "mode of wall"} <= set(labels)
+    assert {"θ [rad]", "x [m]", "θ' [rad/s]", "x' [m/s]", "mode of wall"} <= set(labels)
 
 
 def test_picture_is_drawn_from_the_shape_that_was_given(swing):

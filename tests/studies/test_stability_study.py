@@ -170,7 +170,7 @@ def test_no_line_joins_eigenvalues_that_go_through_infinity():
     edge = ns.flutter_boundary(rod, "mu", (x[k - 1], x[k + 1])).value
     assert x[k - 1] < edge < x[k + 1] and abs(x[k] - edge) < 0.1 * (values[1] - values[0])
     title = path.plot().get_suptitle()
-    assert title.startswith("sprag-slip\n") and "mu = " not in title and faults(path.plot()) == []
+    assert title.startswith("sprag-slip\n") and "μ = " not in title and faults(path.plot()) == []
 
 
 def test_colours_of_a_stability_map_resolve_what_lies_beside_a_pole():

@@ -40,7 +40,7 @@ def test_two_axes_are_a_map_with_missing_cells_left_out_and_counted():
     np.testing.assert_array_equal(drawn.filled(np.nan), found.paradoxes.values.T)
     assert drawn.mask[:, 0].all() and not drawn.mask[:, 1:].any()
     assert "no result in 7 of 42 cells" in figure.get_suptitle()
-    assert figure.axes[0].get_xlabel() == "mu [-]" and figure.axes[0].get_ylabel() == "th [rad]"
+    assert figure.axes[0].get_xlabel() == "μ [-]" and figure.axes[0].get_ylabel() == "θ [rad]"
 
 
 @pytest.mark.filterwarnings("ignore::nonsmooth.UnsettledWarning")
@@ -63,7 +63,7 @@ def test_each_coordinate_has_its_panel_and_its_unit():
     task = ns.RunTask(PainleveRod(), "final_state", t_span=(0, 0.05))
     found = ns.sweep(task, {"mu": [0.1, 0.2, 0.5]}, progress=False)
     labels = [axes.get_ylabel() for axes in plot_sweep(found, name="u").axes]
-    assert labels == ["u of x [m/s]", "u of y [m/s]", "u of th [rad/s]"]
+    assert labels == ["u of x [m/s]", "u of y [m/s]", "u of θ [rad/s]"]
 
 
 def test_steps_of_equal_ratio_get_a_logarithmic_axis():

@@ -13,6 +13,7 @@ import numpy as np
 
 from nonsmooth.drawing import colours
 from nonsmooth.drawing.forces import record_after
+from nonsmooth.drawing.labels import spelt
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Mark, MarkKind, Shape, ShapeKind, no_contacts
 from nonsmooth.drawing.player.rigid_fit import is_closed, pose_of, seen_from
 from nonsmooth.drawing.plots import nearest_records, some_of
@@ -210,7 +211,7 @@ def energy_look(name: str) -> tuple[str, tuple[float, ...]]:
 def coordinate_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Some coordinates."""
     return [
-        Curve("coordinates", name, unit, solution.q[records, i])
+        Curve("coordinates", spelt(name), unit, solution.q[records, i])
         for i, name, unit in shown_of(solution.described.coordinates)
     ]
 
@@ -218,9 +219,9 @@ def coordinate_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
 def velocity_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Some velocities."""
     named = solution.described.velocities or [
-        (f"{name}'", f"{unit}/s" if unit else "") for name, unit in solution.described.coordinates
+        (f"{spelt(name)}'", f"{unit}/s" if unit else "") for name, unit in solution.described.coordinates
     ]
-    return [Curve("velocities", name, unit, solution.u[records, i]) for i, name, unit in shown_of(named)]
+    return [Curve("velocities", spelt(name), unit, solution.u[records, i]) for i, name, unit in shown_of(named)]
 
 
 def shown_of(named: Sequence[tuple[str, str]]) -> list[tuple[int, str, str]]:

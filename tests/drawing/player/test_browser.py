@@ -113,7 +113,7 @@ def test_each_frame_says_what_the_run_did(chromium, rod):
         assert body["turn"][0] == pytest.approx(sol.q[k, 1] - sol.q[0, 1], abs=4 * FLOAT32)
         middle = np.array([0.0, sol.q[k, 0]]) - 2.5 * np.array([np.cos(sol.q[k, 1]), np.sin(sol.q[k, 1])])
         np.testing.assert_allclose(body["position"], middle, atol=4 * FLOAT32 * np.abs(first).max())
-        assert page.curve("velocities", "th'") == pytest.approx(sol.u[k, 1], rel=FLOAT32)
+        assert page.curve("velocities", "θ'") == pytest.approx(sol.u[k, 1], rel=FLOAT32)
         kinetic = sol.ledger["kinetic"]
         assert page.curve("energies", "kinetic") == pytest.approx(kinetic[k] - kinetic[0], rel=FLOAT32)
         (contact,) = page.ask("player.contacts()")

@@ -184,7 +184,7 @@ def test_more_events_than_are_marked_are_counted():
 
 def test_curves_are_those_of_the_run(seizing_rod):
     curves = {(curve.group, curve.name): curve.values for curve in film_of_solution(seizing_rod).curves}
-    np.testing.assert_array_equal(curves["coordinates", "th"], seizing_rod.q[:, 1])
+    np.testing.assert_array_equal(curves["coordinates", "θ"], seizing_rod.q[:, 1])
     np.testing.assert_array_equal(curves["gaps", "g_0"], seizing_rod.g_N[:, 0])
     kinetic = seizing_rod.ledger["kinetic"]
     np.testing.assert_array_equal(curves["energies", "kinetic"], kinetic - kinetic[0])
