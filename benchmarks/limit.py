@@ -34,7 +34,8 @@ from nonsmooth.integrators.moreau_jean import step as step_of_rod
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import Kernel
 from nonsmooth.jit.kernels import rebind
-from nonsmooth.runs.simulate import new_run, simulate, simulate_whole
+from nonsmooth.runs.simulate import simulate, simulate_whole
+from nonsmooth.runs.simulate_system import new_run
 from nonsmooth.runs.workspace import give_back
 from nonsmooth.sweeps.run_task import RunTask
 from nonsmooth.sweeps.sweep import sweep

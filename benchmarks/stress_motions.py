@@ -22,7 +22,7 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.results.solution import Solution
-from nonsmooth.runs.simulate import SELECTIONS
+from nonsmooth.runs.asked import SELECTIONS
 
 G = 9.81  # gravity [m/s^2]
 STEPS_FROM_REST = 10**6  # of the block that sticks on an incline

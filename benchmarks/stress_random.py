@@ -33,7 +33,8 @@ from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.system import NORMAL, System, evaluate
 from nonsmooth.results.events import EventKind
 from nonsmooth.results.solution import Solution
-from nonsmooth.runs.simulate import SELECTIONS, simulate_whole
+from nonsmooth.runs.asked import SELECTIONS
+from nonsmooth.runs.simulate import simulate_whole
 
 T_END = 0.3  # s
 DT, RTOL, STIFFNESS, ZETA = 1e-4, 1e-9, 1e10, 1.0

@@ -19,7 +19,7 @@ EDITS = {
             ("    if candidate == FREE:\n", "    if selection == Selection.NEVER_STICK and candidate == STICK:\n"
                                             "        return 2 * SADDLE\n    if candidate == FREE:\n"),
         ],
-        "runs/simulate.py": [
+        "runs/asked.py": [
             ('    "impact": Selection.IMPACT,\n',
              '    "impact": Selection.IMPACT,\n    "never-stick": Selection.NEVER_STICK,\n'),
         ],
@@ -70,7 +70,7 @@ CHECKS = {
     # Hysteresis: mu_s = 0.9 holds |P_F| = 0.7, mu_k = 0.5 lets it slide.
     "Add a selection rule": """
 from types import SimpleNamespace
-from nonsmooth.runs.simulate import SELECTIONS
+from nonsmooth.runs.asked import SELECTIONS
 
 tree = SimpleNamespace(modes=np.array([[STICK], [SLIDE_PLUS]]))
 for name, expected in (("compliant-limit", STICK), ("lift-off", STICK), ("never-stick", SLIDE_PLUS)):

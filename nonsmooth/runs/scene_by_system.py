@@ -119,10 +119,10 @@ class SceneBySystem:
         self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS})
         self.events = [self._of_bodies(function) for function in functions]
 
-    def run_by(self, simulate: Callable[..., Solution], **options: Any) -> SceneSolution:
-        """Simulate the system with such options, and return the run of the scene, or raise its failure."""
+    def run_by(self, simulate: Callable[..., Solution]) -> SceneSolution:
+        """Simulate the system, and return the run of the scene, or raise its failure."""
         try:
-            run = simulate(self.system, self.t_span, *self.start, events=self.events, record=self.record, **options)
+            run = simulate(self.system, self.t_span, *self.start, self.events, self.record)
         except StepFailure as failure:
             raise self.failure(failure) from failure.__cause__
         return self.solution(run)

@@ -1,45 +1,81 @@
-"""`simulate` for a scene: the recorder that suits, what is refused, the run, what is said of it."""
+"""`simulate` for a scene: by steps of scenes or as its system, the recorder that suits, the run, what is said of it."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
-from nonsmooth.errors import Status
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.results.recorded import kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
+from nonsmooth.results.solution import Solution
+from nonsmooth.runs.asked import Asked, require_integrator
 from nonsmooth.runs.identity import facts_of_scene_run
 from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SceneRun
 from nonsmooth.runs.scene_warnings import warn_of
 from nonsmooth.runs.seen import looked_at
 from nonsmooth.runs.streaming import StreamingSceneRecorder, as_place
+from nonsmooth.runs.times import span_of
+from nonsmooth.runs.user_events import OF_SCENE, as_functions
 from nonsmooth.scenes.scene import Scene
 
 
-def simulate_scene(
-    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
-    project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
-    progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
-    view: bool, threads: int,
-) -> SceneSolution:  # fmt: skip
-    """`simulate` for a scene by steps of scenes, its arguments checked but for those of times."""
-    kinds = kinds_of_scene(record)
+def simulate_scene(scene: Scene, t_span: tuple[float, float] | None, integrator: Any, asked: Asked) -> SceneSolution:
+    """`simulate` for a scene: by steps of scenes, or as its system."""
+    t_span = span_of(scene, t_span)
+    method, why = chosen_of_scene(integrator, scene, t_span)
+    if goes_by_system(method):
+        solution = by_its_system(scene, t_span, method, integrator, asked)
+    else:
+        require_no_rule(asked.selection)
+        solution = by_steps(scene, t_span, method, asked)
+        if why is not None:
+            solution.about["chosen"] = why
+    if solution.status == Status.INTERRUPTED and asked.is_whole:
+        raise KeyboardInterrupt
+    return solution
+
+
+def by_steps(scene: Scene, t_span: tuple[float, float], integrator: Integrator, asked: Asked) -> SceneSolution:
+    """The run of an integrator that has steps of scenes."""
+    kinds, functions = kinds_of_scene(asked.record), as_functions(asked.events, OF_SCENE)
     recorder = SceneRecorder(kinds)
-    if checkpoint is not None or resume is not None:
-        facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
-        recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
-    run = kind_of_run(integrator)(scene, t_span, integrator, every, t_eval, recorder, project, functions, threads)
-    with looked_at(run, progress, view) as hear:
-        run.advance(max_wall_time, hear, max_steps)
+    if asked.has_checkpoint:
+        facts = functools.partial(facts_of, t_span, asked.every, asked.t_eval, kinds, asked.project)
+        place = as_place(asked.checkpoint, asked.resume, asked.checkpoint_every)
+        recorder = StreamingSceneRecorder(kinds, facts, place)
+    run = kind_of_run(integrator)(
+        scene, t_span, integrator, asked.every, asked.t_eval, recorder, asked.project, functions, asked.threads
+    )
+    with looked_at(run, asked.progress, asked.view) as hear:
+        run.advance(asked.max_wall_time, hear, asked.max_steps)
     solution = run.solution()
     warn_of(run, solution)
-    if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
+    if not solution.success and solution.status != Status.INTERRUPTED and asked.on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def by_its_system(
+    scene: Scene, t_span: tuple[float, float], method: Integrator, integrator: Any, asked: Asked
+) -> SceneSolution:
+    """The run of the system of a scene, ``integrator`` or what it chooses for that."""
+    from nonsmooth.runs.scene_by_system import SceneBySystem
+    from nonsmooth.runs.simulate_system import simulate_system
+
+    left_out = {"checkpoint": asked.checkpoint, "resume": asked.resume, "view": asked.view}
+    left_out["threads"] = asked.threads > 1
+    functions = as_functions(asked.events, OF_SCENE)
+    of_scene = SceneBySystem(scene, t_span, method, asked.record, functions, left_out)
+
+    def run_system(system: Any, span: tuple[float, float], q0: Any, u0: Any, events: Any, record: Any) -> Solution:
+        return simulate_system(system, span, q0, u0, None, integrator, replace(asked, events=events, record=record))
+
+    return of_scene.run_by(run_system)
 
 
 def kind_of_run(integrator: Integrator) -> type[SceneRun]:
@@ -58,3 +94,40 @@ def facts_of(
     stages = run.assembly.stages
     kernels = (stages.take, stages.find, *stages.others)
     return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, project)
+
+
+def goes_by_system(integrator: Any) -> bool:
+    """Whether a scene is integrated as its system: by what has no step of scenes."""
+    from nonsmooth.integrators.penalty.options import Penalty
+
+    require_integrator(integrator)
+    return not isinstance(integrator, MoreauJean | Penalty)
+
+
+def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) -> tuple[Any, str | None]:
+    """The integrator that was given, or the one that "auto" and ``Auto`` choose for a scene, and why."""
+    from nonsmooth.runs.choice import Auto
+
+    choice = Auto() if isinstance(integrator, str) and integrator == "auto" else integrator
+    if not isinstance(choice, Auto):
+        return integrator, None
+    from nonsmooth.runs.scene_by_system import choice_of_scene
+
+    return choice_of_scene(choice, scene, t_span)
+
+
+def require_plain(q0: Any, u0: Any, state: Any) -> None:
+    """Raise `InvalidInput` where a scene is given a start."""
+    given = {"q0": q0, "u0": u0, "state": state}
+    taken = [f"{name}=" for name, value in given.items() if value is not None]
+    if taken:
+        raise InvalidInput(f"a scene takes no {taken[0]}: its bodies have their start, and its contacts are found")
+
+
+def require_no_rule(selection: str) -> None:
+    """Raise `InvalidInput` where steps of scenes are to take another solution than they do."""
+    if selection != "compliant-limit":
+        raise InvalidInput(
+            "a scene takes no selection=: where few contacts have several solutions it takes that of compliant-limit; "
+            "scene.system() takes the other rules"
+        )

@@ -10,7 +10,8 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.jit import identity
 from nonsmooth.results.recorded import kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
-from nonsmooth.runs.simulate import require_integrator, simulate_whole
+from nonsmooth.runs.asked import require_integrator
+from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.runs.times import as_span, own_steps
 from nonsmooth.scenes.given import as_scene
 from nonsmooth.sweeps.task import FunctionTask, as_values, name_of

@@ -15,7 +15,7 @@ from nonsmooth.commands.cli import main
 from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import KIND_OF
 from nonsmooth.runs.recorder import Recorder
-from nonsmooth.runs.simulate import new_run
+from nonsmooth.runs.simulate_system import new_run
 from tests.systems import ball
 
 STEP = ns.MoreauJean(dt=1e-3)

@@ -5,7 +5,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.runs.simulate import new_run
+from nonsmooth.runs.simulate_system import new_run
 
 BALL = BouncingBall(e=0.5)
 METHODS = (ns.EventDriven(1e-8, 1e-10), ns.Penalty(stiffness=1e6, damping=10.0))
