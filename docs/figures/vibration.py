@@ -41,13 +41,13 @@ def friction_laws(path: Path) -> None:
 def amplitude_equation(path: Path) -> None:
     """a'(a) for both signs of its linear coefficient."""
     speeds = (0.42, 0.46)
-    motions = [(f"$v_b$ = {vb:g} m/s", ns.averaged_amplitude(BeltOscillator(vb=vb))) for vb in speeds]
+    motions = [(f"vb = {vb:g} m/s", ns.averaged_amplitude(BeltOscillator(vb=vb))) for vb in speeds]
     plot_averaged(motions, path)
 
 
 def amplitude_equation_smoothed(path: Path) -> None:
     """a'(a) of the smoothed law, overtaking included."""
-    motions = [(f"$v_b$ = {vb:g} m/s", ns.averaged_amplitude(replace(SMOOTHED, vb=vb))) for vb in (0.1, 0.2, 0.3, 0.4)]
+    motions = [(f"vb = {vb:g} m/s", ns.averaged_amplitude(replace(SMOOTHED, vb=vb))) for vb in (0.1, 0.2, 0.3, 0.4)]
     plot_averaged(motions, path)
 
 
@@ -116,8 +116,8 @@ def limit_cycles(path: Path) -> None:
             late = run.t > 190.0
             label = "discontinuous" if style == "-" else "smoothed, r = 200 s/m"
             axes.plot(run.q[late, 0] - belt.equilibrium(), run.u[late, 0], style, lw=1.5, label=label)
-        axes.axhline(vb, color="0.4", ls=":", lw=1.2, label="$\\dot x = v_b$")
-        axes.set_title(f"$v_b$ = {vb:g} m/s", fontsize=10)
+        axes.axhline(vb, color="0.4", ls=":", lw=1.2, label="x' = vb")
+        axes.set_title(f"vb = {vb:g} m/s", fontsize=10)
         axes.set_xlabel("$x - x_{eq}$ [m]")
         axes.grid(alpha=0.25)
         axes.margins(y=0.12)
@@ -142,7 +142,7 @@ def projections(path: Path) -> None:
         axes.set_ylabel(ylabel)
         axes.grid(alpha=0.25)
     figure.axes[0].axhline(model.vb, color="0.4", ls=":", lw=1.2)
-    figure.axes[0].set_title("stick: $\\dot y_1 = v_b$", fontsize=9, loc="right")
+    figure.axes[0].set_title("stick: y1' = vb", fontsize=9, loc="right")
     figure.savefig(path, dpi=150)
 
 
@@ -161,12 +161,12 @@ def cycle(path: Path) -> None:
 
 def branch(path: Path) -> None:
     """The cycle of the belt along its speed."""
-    plot_branch(belt_branch(), path, "belt speed $v_b$ [m/s]")
+    plot_branch(belt_branch(), path, "belt speed vb [m/s]")
 
 
 def waterfall(path: Path) -> None:
     """Cycles of the belt in the phase plane, by its speed."""
-    plot_waterfall(belt_branch(), path, "belt speed $v_b$ [m/s]")
+    plot_waterfall(belt_branch(), path, "belt speed vb [m/s]")
 
 
 def belt_branch() -> ns.CycleBranch:
@@ -178,7 +178,7 @@ def belt_branch() -> ns.CycleBranch:
 def bifurcations(path: Path) -> None:
     """Maxima of the belt's motion upwards and downwards."""
     diagram = ns.bifurcation_diagram(BeltOscillator(), "vb", np.linspace(0.05, 0.5, 31), duration=800.0, dt=2e-3)
-    diagram.plot(path, "belt speed $v_b$ [m/s]")
+    diagram.plot(path, "belt speed vb [m/s]")
 
 
 FIGURES = {
