@@ -3,6 +3,7 @@
 const USUAL = [3, 25]; // chosen: seconds: a motion that lasts as long is played at its own speed
 const SHOWN = 10; // chosen: seconds that another one is played in
 const TOLD = 12; // chosen: contacts in the table
+const FEW = 20; // chosen: moving bodies: of more the arrows and cones hide the bodies, and are shown when asked for
 const FLUENT = 30; // chosen: pictures a second; where there are fewer, the stage is asked to hurry
 const WATCHED = 10; // chosen: pictures between two looks at their rate
 const CONTRAST = 4; // chosen: of a mode or a curve with a dark ground; WCAG 2.1 asks 3 of graphics
@@ -19,6 +20,7 @@ class Player {
   constructor(film, stage) {
     this.layer = new ContactLayer($("overlay"), film, stage);
     film.length = stage.length;
+    this.layer.hasForces = film.bodies.filter((body) => !body.fixed && !body.guided).length <= FEW;
     Object.assign(this, { film, stage, frame: 0, time: film.times[0], isPlaying: false, picked: null, isFollowing: false, drawn: [] });
     const span = film.times[film.n - 1] - film.times[0];
     this.speed = span >= USUAL[0] && span <= USUAL[1] ? 1 : roundUp((span || 1) / SHOWN);
@@ -106,6 +108,25 @@ class Player {
   }
 
   redraw() { this.stage.draw(this.frame, this.picked, this.theme); this.layer.draw(this.frame, this.theme); $("scale").textContent = this.scaleText(); }
+
+  // What is seen, as one picture: a canvas in space keeps its content until the end of the task that drew it.
+  picture() {
+    this.redraw();
+    const canvas = document.createElement("canvas"), below = $("stage");
+    [canvas.width, canvas.height] = [below.width, below.height];
+    const pen = canvas.getContext("2d");
+    pen.fillStyle = this.theme.ground;
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    for (const layer of [below, $("overlay")]) pen.drawImage(layer, 0, 0, canvas.width, canvas.height);
+    return canvas;
+  }
+
+  save() {
+    const link = document.createElement("a");
+    link.download = `${document.title} ${this.film.times[this.frame].toFixed(6)} s.png`;
+    link.href = this.picture().toDataURL("image/png");
+    link.click();
+  }
 
   scaleText() {
     const { typical, kind: kindOf } = this.film.forces, start = this.film.contacts.start, hasContacts = start[this.film.n] > 0;
@@ -272,20 +293,20 @@ class Player {
       before: () => this.previousEvent(), next: () => this.nextEvent(), slower: () => this.changeSpeed(-1), faster: () => this.changeSpeed(1),
       fit: () => { this.setFollowing(false); this.stage.fit(); this.redraw(); }, follow: () => { this.setFollowing(!this.isFollowing); this.show(this.frame); },
       forces: () => { this.layer.hasForces = !this.layer.hasForces; $("forces").ariaPressed = this.layer.hasForces; this.redraw(); },
-      theme: () => this.setDark(!this.isDark), help: () => $("keys").showModal(),
+      save: () => this.save(), theme: () => this.setDark(!this.isDark), help: () => $("keys").showModal(),
     };
     for (const id in act) $(id).onclick = act[id];
     const keys = {
       " ": act.play, ArrowLeft: (e) => this.step(e.shiftKey ? -10 : -1), ArrowRight: (e) => this.step(e.shiftKey ? 10 : 1), p: act.before, n: act.next,
       Home: act.first, End: () => this.goTo(this.film.n - 1), "-": act.slower, "+": act.faster, b: () => this.pickNext(1), B: () => this.pickNext(-1),
-      Escape: () => this.pick(null), l: act.follow, f: act.fit, c: act.forces, d: act.theme, h: act.help, "?": act.help,
+      Escape: () => this.pick(null), l: act.follow, f: act.fit, c: act.forces, s: act.save, d: act.theme, h: act.help, "?": act.help,
     };
     addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || $("keys").open || event.target.tagName === "SELECT" || !keys[event.key]) return;
       event.preventDefault();
       keys[event.key](event);
     });
-    $("forces").ariaPressed = true;
+    $("forces").ariaPressed = this.layer.hasForces;
     $("follow").ariaPressed = false;
     gestures($("stage"), {
       drag: (...how) => { this.setFollowing(false); this.stage.drag(...how); this.redraw(); },
@@ -399,7 +420,7 @@ async function start() {
     nextEvent: () => player.nextEvent(), previousEvent: () => player.previousEvent(), pick: (body) => player.pick(body === null || film.bodies[body] ? body : refuse(body)), get picked() { return player.picked; },
     body: (i) => ({ name: film.bodies[i].name, position: player.positionOf(i), turn: player.turnOf(i) }), contacts: () => player.contactsNow().map((c) => player.contact(c)),
     curves: () => film.curves.map(({ group, name, unit, values }) => ({ group, name, unit, value: values[player.frame] })),
-    project: (point) => stage.project(point), setDark: (isDark) => player.setDark(isDark),
+    project: (point) => stage.project(point), setDark: (isDark) => player.setDark(isDark), picture: () => player.picture().toDataURL("image/png"),
   };
   document.documentElement.dataset.ready = "yes";
 }

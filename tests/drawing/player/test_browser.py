@@ -3,6 +3,7 @@
 A Chromium without a window opens the files; `window.player` (docs/viewer.md) is read, and screenshots are looked at.
 """
 
+import base64
 import html
 import io
 import time
@@ -13,7 +14,7 @@ import pytest
 import nonsmooth as ns
 from benchmarks.chromium import new_chromium
 from models import BouncingBall, RockingBlock, SpragSlip, WallPendulum
-from models.scenes import BoxStack
+from models.scenes import BoxStack, Pyramid
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.packing import LEVELS
 from nonsmooth.drawing.player.page import page_of
@@ -629,4 +630,43 @@ def test_a_narrow_page_is_not_scrolled_sideways(chromium, tmp_path):
         page = Opened(chromium, path)
         assert page.ask("document.documentElement.scrollWidth") <= page.ask("window.innerWidth")
     finally:
+        chromium.set_window_size(size["width"], size["height"])
+
+
+def test_the_picture_that_is_saved_is_what_is_seen_with_its_contacts(chromium, rod):
+    """The rod and, at its first frame, its cone: every pixel that the overlay has drawn is there."""
+    from PIL import Image
+
+    page = Opened(chromium, rod[1])
+    saved = np.asarray(Image.open(io.BytesIO(base64.b64decode(page.ask("player.picture()").partition(",")[2]))))
+    width, height = page.ask("(c => [c.width, c.height])(document.getElementById('stage'))")
+    assert saved.shape[:2] == (height, width) and is_blue(saved[..., :3].astype(int)).sum() > 200
+    assert (saved[..., 3] == 255).all()
+
+
+def test_in_space_the_picture_is_not_empty(space):
+    from PIL import Image
+
+    saved = np.asarray(Image.open(io.BytesIO(base64.b64decode(space.ask("player.picture()").partition(",")[2]))))
+    assert len(np.unique(saved.reshape(-1, 4), axis=0)) > 20
+
+
+@pytest.mark.parametrize(("rows", "are_shown"), [(3, "true"), (6, "false")])
+def test_forces_of_many_bodies_are_shown_when_asked_for_and_the_scene_has_most_of_a_small_window(
+    chromium, tmp_path, rows, are_shown
+):  # fmt: skip
+    pyramid = Pyramid(rows=rows)  # of 6 and 21 bodies
+    page = Opened(
+        chromium, ns.simulate(pyramid, (0, 0.02), integrator=ns.MoreauJean(dt=2e-3)).view(tmp_path / "p.html")
+    )
+    assert page.ask("document.getElementById('forces').ariaPressed") == are_shown
+    page.do("document.getElementById('forces').click()")
+    assert page.ask("document.getElementById('forces').ariaPressed") != are_shown
+    size = chromium.get_window_size()
+    try:
+        chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                 {"width": 1280, "height": 660, "deviceScaleFactor": 1, "mobile": False})  # fmt: skip
+        assert page.ask("document.getElementById('scene').getBoundingClientRect().height") > 330
+    finally:
+        chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         chromium.set_window_size(size["width"], size["height"])
