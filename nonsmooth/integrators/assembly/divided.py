@@ -44,13 +44,14 @@ SHORT_OF_IT = 0.999  # chosen: of the time to a landing, a part that is taken ag
 PAST_IT = 1e-9  # chosen: of the way of a contact in a part: what is overlapped less is a rounding
 LEFT_OVER = 2.0 * (1.0 - SHORT_OF_IT)  # derived: of the way in a step: over such a gap a contact lands at once
 STROKE = 1e-9  # chosen: of a step, the part in which what has landed rebounds
+ROOM_OF_PARTS = 4  # derived: times the contacts of a step: of two parts that a division adds, and of those before
 MOST_DIVISIONS = 12  # chosen: of a step: corners that land within it, and parts that are taken again
 UNDIVIDED = 2.0  # code: the share of a step in which nothing lands
 NO_KEY = -1  # code: of no contact
 
 
 class Parts(Block):
-    """The contacts that had impulses in the parts of a step before its last one, up to m of them."""
+    """The m contacts that may have had impulses in the parts of a step before its last one."""
 
     n_c: int
     key: Array[Ints, "m"]
@@ -79,9 +80,8 @@ def part_to_landing(bodies_at, shapes_at, found_at, contacts_at, network_at, dt,
             before, _ = normal_velocity(network, c, bodies.v_0, n)
             if before >= -fast:
                 continue
-            if -before * whole > NEAR_ENOUGH * min(
-                reach_of(shapes, found.shape_i[c]), reach_of(shapes, found.shape_j[c])
-            ):
+            reach = min(reach_of(shapes, found.shape_i[c]), reach_of(shapes, found.shape_j[c]))
+            if -before * whole > NEAR_ENOUGH * reach:
                 return UNDIVIDED
             if found.gap[c] <= -LEFT_OVER * whole * before:
                 part = 0.0 if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0 else part
@@ -144,6 +144,12 @@ def keep_part(found_at, contacts_at, network_at, parts_at):
                 for row in range(d):
                     parts.frame[at, row, k] = network.J_j[c, row, k]
                     parts.P[at, k] += network.J_j[c, row, k] * contacts.P[c, row]
+
+
+@kernel
+def has_room(parts, most):
+    """Whether two more parts can be kept, of up to so many contacts each."""
+    return parts.n_c + 2 * most <= parts.key.shape[0]
 
 
 @kernel

@@ -24,6 +24,7 @@ from nonsmooth.integrators.assembly.divided import (
     UNDIVIDED,
     Parts,
     ask_of_landings,
+    has_room,
     keep_part,
     part_to_landing,
 )
@@ -296,12 +297,15 @@ def prepare(places, d):
 def is_taken_again(progress, places):
     """Whether the solved part of a step is taken again: up to just before a landing within it, or, where parts do not
     get short enough, with the landing in it."""
-    if progress.is_stroke == 1 or (progress.lets_in == 0 and (progress.is_missed == 1 or progress.has_verdicts == 1)):
+    is_first = progress.lets_in == 0
+    if progress.is_stroke == 1 or (is_first and (progress.is_missed == 1 or progress.has_verdicts == 1)):
+        return False
+    if is_first and not has_room(view(places.parts, Parts), view(places.found, Found).gap.shape[0]):
         return False
     share = part_to_landing(
         places.bodies, places.shapes, places.found, places.contacts, places.network, progress.dt, progress.whole
     )
-    if share == UNDIVIDED or (progress.lets_in == 0 and progress.divisions == MOST_DIVISIONS):
+    if share == UNDIVIDED or (is_first and progress.divisions == MOST_DIVISIONS):
         return False
     if progress.divisions == MOST_DIVISIONS:
         progress.lets_in = 0
@@ -311,7 +315,7 @@ def is_taken_again(progress, places):
         progress.left += (1.0 - STROKE) * progress.dt
         progress.dt *= STROKE
     else:
-        share *= SHORT_OF_IT if progress.lets_in == 1 else 1.0
+        share *= 1.0 if is_first else SHORT_OF_IT
         progress.left += (1.0 - share) * progress.dt
         progress.dt *= share
         progress.parts = max(progress.parts, 1) if progress.left > 0.0 else progress.parts

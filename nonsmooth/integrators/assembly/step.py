@@ -15,7 +15,7 @@ from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
-from nonsmooth.integrators.assembly.divided import OF_PARTS, Parts, joints_of_parts, with_parts
+from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, joints_of_parts, with_parts
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
@@ -370,7 +370,7 @@ class Assembly(InMotion):
         self.found = new(Found, m=m, d=d)
         self.contacts = new(Contacts, m=m, n_s=len(self.shapes.body), d=d)
         self.links = new(Links, m=m, n_b=n_b)
-        parts, self.parts = self.parts, new(Parts, m=m if self.progress.may_divide else 0, d=d)
+        parts, self.parts = self.parts, new(Parts, m=ROOM_OF_PARTS * m if self.progress.may_divide else 0, d=d)
         keep_rows(parts, self.parts)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
         held = {"m": m, "n_b": n_b} if self.joints.count else {"m": 0, "n_b": 0}
