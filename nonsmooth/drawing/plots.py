@@ -55,6 +55,7 @@ HAIR = 2e-3  # chosen: of the run: a mode that lasts less would be thinner than 
 LETTERS = 14.0  # chosen: of a title, per inch of the figure's width
 OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted", "points_reached"}  # chosen: no quantities
 TITLE_LETTERS = 71  # chosen: of a line of a title, monospace, in the width of a figure
+VALUES_SHOWN = 4  # chosen: intervals between numbers along a history
 TIMES_SHOWN = 6  # chosen: numbers along the time: short runs have long ones
 MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
@@ -146,11 +147,15 @@ def plot_solution(
     rows = histories.subplots(len(drawn), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
     for axes, panel in zip(rows, drawn, strict=True):
         panel.draw(axes)
-    for axes in rows[: len(rows) - (drawn[-1].name == MODES)]:
+    upright = rows[: len(rows) - (drawn[-1].name == MODES)]
+    for axes in upright:
         axes.grid(alpha=0.25)
         axes.yaxis.set_major_formatter("{x:.6g}")
+        axes.locator_params(
+            axis="y", nbins=VALUES_SHOWN
+        )  # as many whatever the height: the layout asks before it is known
     name_times(rows[-1], solution.t)
-    figure.align_ylabels(rows)
+    figure.align_ylabels(upright)  # the label of the modes lies, and would be pushed over the edge
     set_title(figure, title)
     return save_figure(figure, path)
 

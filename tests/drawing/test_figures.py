@@ -378,6 +378,7 @@ def test_works_that_grow_do_not_flatten_the_energies(ball):
 def test_some_panels_make_a_figure_of_their_own(ball, seizing_rod, tmp_path):
     figure = ball.plot(tmp_path / "some.png", panels=["modes", "energy"])
     assert [axes.get_ylabel() for axes in figure.axes] == ["change of\nenergy [J]", "mode"]
+    assert faults(figure) == []
     assert figure.get_figheight() < 0.5 * ball.plot().get_figheight()
     assert any("rad/s" in axes.get_ylabel() for axes in axes_of(seizing_rod.plot(panels=["phase plane", "modes"])))
     stack = BoxStack(n=2, dim=2)
