@@ -10,6 +10,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator
+from nonsmooth.drawing.labels import spelt
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import Polynomial, friction_coefficient, static_coefficient
 from nonsmooth.mechanics.system import NORMAL_FORCE, SURFACE_VELOCITY
@@ -166,6 +167,6 @@ def test_titles_name_the_parameters_that_change_the_motion_and_no_other(law):
     for name, value in belt.system().parameter_values.items():
         other = replace(belt, **{name: 0.9 * value})
         is_read = not np.array_equal(ns.simulate(other, span, *start, integrator=steps).q, sol.q)
-        assert is_read == (f"{name} = " in title) == (name not in belt.idle), name
+        assert is_read == (f"{spelt(name)} = " in title) == (name not in belt.idle), name
     task = ns.RunTask(belt, t_span=(0, 0.1), integrator=steps)
     assert not any(f"{name} = " in task.about["parameters"] for name in belt.idle)
