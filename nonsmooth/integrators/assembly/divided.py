@@ -28,7 +28,7 @@ from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.project import fall_of, normal_velocity
+from nonsmooth.integrators.assembly.project import fall_of, normal_velocity, put_back
 from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel
@@ -163,6 +163,47 @@ def row_of_key(parts, key, d):
     for k in range(d):
         parts.P[at, k] = 0.0
     return at
+
+
+@kernel
+def is_taken_again(progress, places):
+    """Whether the solved part of a step is taken again: up to just before a landing within it, or, where parts do not
+    get short enough, with the landing in it."""
+    is_first = progress.lets_in == 0
+    if progress.is_stroke == 1 or (is_first and (progress.is_missed == 1 or progress.has_verdicts == 1)):
+        return False
+    if is_first and not has_room(view(places.parts, Parts), view(places.found, Found).gap.shape[0]):
+        return False
+    share = part_to_landing(
+        places.bodies, places.shapes, places.found, places.contacts, places.network, progress.dt, progress.whole
+    )
+    if share == UNDIVIDED or (is_first and progress.divisions == MOST_DIVISIONS):
+        return False
+    if progress.divisions == MOST_DIVISIONS:
+        progress.lets_in = 0
+    elif share == 0.0:
+        progress.parts, progress.divisions = max(progress.parts, 1), progress.divisions + 1
+        progress.is_stroke, progress.lets_in = 1, 0
+        progress.left += (1.0 - STROKE) * progress.dt
+        progress.dt *= STROKE
+    else:
+        share *= 1.0 if is_first else SHORT_OF_IT
+        progress.left += (1.0 - share) * progress.dt
+        progress.dt *= share
+        progress.parts = max(progress.parts, 1) if progress.left > 0.0 else progress.parts
+        progress.divisions, progress.lets_in = progress.divisions + 1, 1
+    put_back(view(places.bodies, Bodies))
+    return True
+
+
+@kernel
+def begin_next_part(progress, places):
+    """Keep the impulses of the part that ends, and begin the next one: what has landed rebounds in one of its own."""
+    keep_part(places.found, places.contacts, places.network, places.parts)
+    progress.is_stroke = progress.has_restitution * progress.lets_in
+    progress.dt = STROKE * progress.left if progress.is_stroke == 1 else progress.left
+    progress.left -= progress.dt
+    progress.parts, progress.lets_in = progress.parts + 1, 0
 
 
 OF_PARTS = (part_to_landing, ask_of_landings, keep_part)  # defined: of a scene whose steps may be divided

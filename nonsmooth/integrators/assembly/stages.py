@@ -18,15 +18,10 @@ from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.divided import (
-    MOST_DIVISIONS,
-    SHORT_OF_IT,
-    STROKE,
-    UNDIVIDED,
     Parts,
     ask_of_landings,
-    has_room,
-    keep_part,
-    part_to_landing,
+    begin_next_part,
+    is_taken_again,
 )
 from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
@@ -78,7 +73,7 @@ from nonsmooth.integrators.assembly.progress import (
     note_step,
     note_turns,
 )
-from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial, put_back
+from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
 from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
 from nonsmooth.integrators.assembly.together import note_together
@@ -291,47 +286,6 @@ def prepare(places, d):
     else:
         turn_inertia(places.bodies, places.network)
         prepare_spatial(places.network)
-
-
-@kernel
-def is_taken_again(progress, places):
-    """Whether the solved part of a step is taken again: up to just before a landing within it, or, where parts do not
-    get short enough, with the landing in it."""
-    is_first = progress.lets_in == 0
-    if progress.is_stroke == 1 or (is_first and (progress.is_missed == 1 or progress.has_verdicts == 1)):
-        return False
-    if is_first and not has_room(view(places.parts, Parts), view(places.found, Found).gap.shape[0]):
-        return False
-    share = part_to_landing(
-        places.bodies, places.shapes, places.found, places.contacts, places.network, progress.dt, progress.whole
-    )
-    if share == UNDIVIDED or (is_first and progress.divisions == MOST_DIVISIONS):
-        return False
-    if progress.divisions == MOST_DIVISIONS:
-        progress.lets_in = 0
-    elif share == 0.0:
-        progress.parts, progress.divisions = max(progress.parts, 1), progress.divisions + 1
-        progress.is_stroke, progress.lets_in = 1, 0
-        progress.left += (1.0 - STROKE) * progress.dt
-        progress.dt *= STROKE
-    else:
-        share *= 1.0 if is_first else SHORT_OF_IT
-        progress.left += (1.0 - share) * progress.dt
-        progress.dt *= share
-        progress.parts = max(progress.parts, 1) if progress.left > 0.0 else progress.parts
-        progress.divisions, progress.lets_in = progress.divisions + 1, 1
-    put_back(view(places.bodies, Bodies))
-    return True
-
-
-@kernel
-def begin_next_part(progress, places):
-    """Keep the impulses of the part that ends, and begin the next one: what has landed rebounds in one of its own."""
-    keep_part(places.found, places.contacts, places.network, places.parts)
-    progress.is_stroke = progress.has_restitution * progress.lets_in
-    progress.dt = STROKE * progress.left if progress.is_stroke == 1 else progress.left
-    progress.left -= progress.dt
-    progress.parts, progress.lets_in = progress.parts + 1, 0
 
 
 @kernel

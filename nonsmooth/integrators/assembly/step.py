@@ -279,12 +279,15 @@ class Assembly(InMotion):
         self.progress.is_shared = 1
 
     def end_step(self) -> None:
-        """End a step that Ctrl-C or a lost body cut short: finish it, or go back to its beginning, without contacts."""
-        if self.progress.stage == FIND:
+        """End a step that Ctrl-C or a lost body cut short: finish it, or, where no part of it is done, go back to its
+        beginning, without contacts."""
+        progress = self.progress
+        if progress.stage != PREDICT and (progress.stage != FIND or progress.parts > 1):
+            self.take_steps(float(progress.whole), 1)
+        if progress.stage == FIND:
             self.bodies.motion.x[:] = self.bodies.x_0
-            self.network.n_c, self.progress.stage = 0, PREDICT
-        elif self.progress.stage != PREDICT:
-            self.take_steps(float(self.progress.whole), 1)
+            self.network.n_c = self.parts.n_c = 0
+            progress.stage = PREDICT
 
     def find_contacts(self, margin: float = 0.0) -> int:
         """``InMotion.find_contacts``, without those between bodies that a joint holds."""
