@@ -176,7 +176,7 @@ def take_part(progress, d):
         note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)
         progress.stage = PREDICT
-    note_held(places.bodies, places.found, places.contacts, places.network, progress.dt)
+    note_held(places.bodies, places.found, places.contacts, places.network)
     if progress.left > 0.0:
         begin_next_part(progress, places)
         return NEXT_PART

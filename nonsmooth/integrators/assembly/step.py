@@ -384,7 +384,7 @@ class Assembly(InMotion):
             self.has_room = True
         else:
             k = int(before.n_before)
-            self.contacts.n_before, self.contacts.dt_before = k, before.dt_before
+            self.contacts.n_before = k
             for name in ("key_before", "P_before", "own_before", "normal_before", "point_before", "stuck_before"):
                 getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
             keep_rows(self.asleep, asleep)
