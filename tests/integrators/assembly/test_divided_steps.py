@@ -82,7 +82,7 @@ def errors_in_time(dim, block, dt, **more):
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("block", BLOCKS)
 def test_the_impacts_of_a_rocking_block_come_when_housner_has_them(dim, block):
-    """Measured at 1 ms: up to 0.27 ms, and at 0.25 ms up to 0.03 ms; undivided steps are 2 to 4 ms off, the share of a
+    """Measured at 1 ms: up to 0.14 ms, and at 0.25 ms up to 0.02 ms; undivided steps are 2 to 4 ms off, the share of a
     step at which a corner lands being as random as its error."""
     assert errors_in_time(dim, block, 1e-3).max() < 4e-4
     assert errors_in_time(dim, block, 2.5e-4).max() < 5e-5
