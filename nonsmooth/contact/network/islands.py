@@ -15,8 +15,6 @@ from typing import Annotated as Array
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 
-NOT_ASKED = -1.0  # code: of R
-
 
 class Islands(Block):
     """Contacts and bodies grouped by islands, and what was found of each."""
@@ -30,7 +28,6 @@ class Islands(Block):
     of: Array[Ints, "n_b"]  # island of a body, -1 of one that cannot move or is not touched
     F: Array[Floats, "n_b"]  # sums of squares [N^2 s^2]: of the natural map,
     P: Array[Floats, "n_b"]  # and of the impulses
-    R: Array[Floats, "n_b"]  # what rounding of the velocities does to the natural map [N s], or NOT_ASKED
     residual: Array[Floats, "n_b"]
     below: Array[Floats, "n_b"]  # the rho of the light contacts whose it is; inf: of all
     rung: Array[Ints, "n_b"]  # how far up the ladder of ``solve`` an island was taken
@@ -113,7 +110,7 @@ def number_islands(network):
 @kernel
 def forget_island(islands, k):
     """Nothing is known of island k."""
-    islands.residual[k], islands.R[k] = 1.0, NOT_ASKED
+    islands.residual[k] = 1.0
     islands.rung[k] = islands.sweeps[k] = islands.factors[k] = islands.is_met[k] = islands.owner[k] = 0
 
 

@@ -38,7 +38,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.natural_map import cone_project
-from nonsmooth.contact.network.islands import NOT_ASKED, Islands, find_islands
+from nonsmooth.contact.network.islands import Islands, find_islands
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
@@ -275,21 +275,11 @@ def relative(network, k, bound, F, P, d, n):
         return math.sqrt(F / P) if P > 0.0 else 0.0
     size, scale = math.sqrt(F), math.sqrt(P)
     if tol > 0.0:
-        R = rounding_once(network, k, d, n) if bound == math.inf else rounding(network, k, bound, d, n)
+        R = rounding(network, k, bound, d, n)
         if P == 0.0 and size <= R:
             return 0.0
         scale = max(scale, R / tol)
     return size / (scale if P > 0.0 else max(scale, size)) if size != 0.0 else 0.0  # NaN stays NaN
-
-
-@kernel
-def rounding_once(network, k, d, n):
-    """R of all contacts of island k, at the velocities at which it is first asked for: where it counts, the impulses
-    that a solver changes do not change it."""
-    islands = network.islands
-    if islands.R[k] == NOT_ASKED:
-        islands.R[k] = rounding(network, k, math.inf, d, n)
-    return islands.R[k]
 
 
 @rare_kernel
@@ -297,7 +287,8 @@ def rounding(network, k, bound, d, n):
     """R: what rounding of the velocities does to |F| of the contacts of island k with rho < bound [N s].
 
     gamma_c is a sum of 2n + 1 products, each as large as its factors; rho_c (gamma_c + mu_c |gamma_c,T| e_N) goes into
-    F_c.
+    F_c. Of an open contact, P_c = 0 and gamma_N > 0, F_c = 0 whatever its rounding: a gap that is wide for the length
+    of the step would hide what the others leave.
     """
     islands, total = network.islands, 0.0
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
@@ -306,11 +297,15 @@ def rounding(network, k, bound, d, n):
             continue
         i, j, square_T = network.i[c], network.j[c], 0.0
         for a in range(d - 1, -1, -1):
-            size = abs(network.b[c, a])
+            gamma, size = network.b[c, a], abs(network.b[c, a])
             for x in range(n):
-                size += abs(network.J_i[c, a, x] * network.v[i, x]) + abs(network.J_j[c, a, x] * network.v[j, x])
+                of_i, of_j = network.J_i[c, a, x] * network.v[i, x], network.J_j[c, a, x] * network.v[j, x]
+                gamma += of_i + of_j
+                size += abs(of_i) + abs(of_j)
             if a > 0:
                 square_T += size * size
+            elif network.P[c, 0] == 0.0 and not is_joint(network, c) and gamma > (2 * n + 1) * EPS * size:
+                size = 0.0
             else:
                 size += network.soft[c] * network.P[c, 0] + max(network.mu[c], 0.0) * math.sqrt(square_T)
             total += (network.rho[c] * size) * (network.rho[c] * size)
@@ -322,7 +317,6 @@ def residual(network, d, n):
     """The largest residual of all islands, NaN where one is; that of each island goes to islands.residual."""
     islands, worst = network.islands, 0.0
     for k in range(islands.count):
-        islands.R[k] = NOT_ASKED
         islands.residual[k] = island_residual(network, k, d, n)
         if not islands.residual[k] <= worst and worst == worst:
             worst = islands.residual[k]

@@ -24,7 +24,6 @@ import math
 
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulses, judge_island, recall_graph
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
-from nonsmooth.contact.network.islands import NOT_ASKED
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.lagrangian import Desk, Direct
 from nonsmooth.contact.network.patience import (
@@ -139,8 +138,6 @@ def begin_islands(network, solver):
 def solve_island(network, solver, desk, k, is_next, d, n):
     """Take island k up the ladder; False where there is no room for its factors. ``is_next``: these are next."""
     islands, has_room, bodies = network.islands, True, bodies_of(network, k)
-    if not is_next:
-        islands.R[k] = NOT_ASKED
     islands.residual[k] = judge_island(network, k, d, n)
     if not is_next and islands.residual[k] <= solver.tol and not is_within(network, k):
         islands.is_met[k] = 1  # further digits would be those of roundings
@@ -162,9 +159,6 @@ def solve_island(network, solver, desk, k, is_next, d, n):
     if has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
         has_room = polish(network, solver, desk, k, floor, is_direct, d, n)
     if has_room:
-        if islands.residual[k] <= solver.tol and not is_within(network, k):
-            islands.R[k] = NOT_ASKED
-            islands.residual[k] = judge_island(network, k, d, n)
         islands.is_met[k] = islands.residual[k] <= solver.tol and not may_creep(network, solver, k, d, n)
         if not islands.residual[k] <= solver.tol and bodies > EXACT_BODIES and is_at_rest(network, k, n):
             solver.contradicted = max(1, solver.contradicted)

@@ -56,8 +56,9 @@ def of_contacts(network, contacts):
         F.append(P - projected(mu, P - rho * shifted))
         size = np.abs(network.J_i[c]) @ np.abs(network.v[i]) + np.abs(network.J_j[c]) @ np.abs(network.v[j])
         size += np.abs(network.b[c])
+        is_open = network.P[c, 0] == 0.0 and gamma[0] > (2 * n + 1) * EPS * size[0]
         size[0] += mu * np.linalg.norm(size[1:])
-        R += rho**2 * (size @ size)
+        R += rho**2 * (0.0 if is_open else size @ size)
     return np.linalg.norm(F), np.linalg.norm(network.P[contacts]), (2 * n + 1) * EPS * math.sqrt(R), F
 
 
@@ -144,6 +145,19 @@ def test_what_exceeds_rounding_counts_however_small_it_is(d):
     assert judge(network) > 10 * TOL
     network.tol = 0.0  # without a tolerance nothing is taken for rounding
     assert judge(network) == 1.0
+
+
+@pytest.mark.parametrize("width", [1e3, 1e9, 1e15])
+@pytest.mark.parametrize("d", [2, 3])
+def test_what_is_open_hides_no_error_of_others(d, width):
+    """A gap that is wide for a short step, b_N = g/dt: the residual is that of the same problem without it."""
+    network = pairs(d, 1, np.random.default_rng(1))
+    network.P[2] = 0.0
+    network.b[2, 0] = 100.0
+    expected = judge(network)
+    assert expected > 1e-3
+    network.b[2, 0] = width
+    assert judge(network) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1e-9])
