@@ -117,7 +117,12 @@ def add_results(options: Options) -> None:
 
 
 def add_pictures(options: Options) -> None:
-    """--picture, --animate, --view: the bodies themselves."""
+    """--panels, of the histories, and --picture, --animate, --view: the bodies themselves."""
+    options.add_argument(
+        "--panels", nargs="+", metavar="NAME",
+        help="what the figure shows: 'phase plane', coordinates, velocities, energy, forces, impulses, modes; of a "
+        "scene bodies, energy, speeds, contacts, accuracy; all that there are by default",
+    )  # fmt: skip
     options.add_argument("--picture", type=Path, metavar="FILE", help="draw the bodies at some instants")
     options.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
     options.add_argument(
@@ -155,7 +160,20 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
             f"the model {arguments.model} has no shape(q) to draw: give it one, as System(shape=...), or leave "
             "--picture, --animate, --view, --live out"
         )
-    return figure_path(arguments)
+    figure = figure_path(arguments)
+    require_panels(arguments.panels, is_scene, figure)
+    return figure
+
+
+def require_panels(panels: list[str] | None, is_scene: bool, figure: Path | None) -> None:
+    """Raise for --panels without a figure, and for a name that no figure of such a run has."""
+    if panels is None:
+        return
+    from nonsmooth.drawing import plots, scene_histories
+
+    plots.asked_for(panels, scene_histories.PANELS if is_scene else plots.PANELS)
+    if figure is None:
+        raise InvalidInput("--panels chooses what --plot draws; give --plot FILE")
 
 
 def require_files(arguments: argparse.Namespace) -> None:
@@ -207,8 +225,7 @@ def draw(
     solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None
 ) -> dict[str, Path | None]:  # fmt: skip
     """Draw what was asked for; the files by what they are."""
-    if figure:
-        solution.plot(figure)
+    figure = draw_histories(solution, figure, arguments.panels)
     if arguments.picture and is_scene:
         solution.picture(arguments.picture, n=PICTURED)
     elif arguments.picture:
@@ -220,6 +237,20 @@ def draw(
     return {
         "figure": figure, "picture": arguments.picture, "animation": arguments.animate, "player": arguments.view,
     }  # fmt: skip
+
+
+def draw_histories(solution: Any, figure: Path | None, panels: list[str] | None) -> Path | None:
+    """Draw the figure; where it was asked for a panel of what did not happen, say so. The file that was written."""
+    if figure is None:
+        return None
+    try:
+        solution.plot(figure, panels)
+    except InvalidInput as reason:
+        if panels is None:
+            raise
+        complain(f"{figure} is not written: {reason}")
+        return None
+    return figure
 
 
 def has_shape(model: Any) -> bool:

@@ -10,7 +10,7 @@ from nonsmooth.catalogue.entries import load
 from nonsmooth.catalogue.files import from_file, is_file
 from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.outputs import add_drawn, add_printed, add_saved
-from nonsmooth.commands.run import UNNAMED, add_pictures, draw, report, require_files
+from nonsmooth.commands.run import UNNAMED, add_pictures, draw, report, require_files, require_panels
 from nonsmooth.commands.typed_input import require_module, require_writable
 from nonsmooth.commands.typed_model import parameter_of, with_set
 from nonsmooth.errors import InvalidInput
@@ -39,9 +39,10 @@ def act_show(arguments: argparse.Namespace) -> int:
     solution, is_scene = saved_run(arguments.file, arguments.model)
     if is_scene and not arguments.model and (arguments.picture or arguments.animate or arguments.view):
         raise InvalidInput(f"{arguments.file.name} holds the motion of a scene and not its shapes: give --model NAME")
+    figure = None if arguments.no_plot else arguments.plot
+    require_panels(arguments.panels, is_scene, figure)
     if arguments.out:
         solution.save(arguments.out)
-    figure = None if arguments.no_plot else arguments.plot
     report(solution, is_scene, arguments, draw(solution, is_scene, arguments, figure))
     return 0
 

@@ -62,6 +62,7 @@ PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
 UNDER_LABELS = 4.5  # chosen: of a legend below an axis, in its letters: under the numbers and the label of the axis
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": LETTER, "frameon": False}
 PLANE, ENERGY, FORCES = "phase plane", "energy", "forces"  # code: panels; others are called as what is recorded
+PANELS = (PLANE, COORDINATES, VELOCITIES, ENERGY, FORCES, IMPULSES, MODES)  # of a system, whatever happens in a run
 FLATTENED = 0.25  # chosen: of the largest work: energies that change less have axes of their own
 PHASE_PLANE, HISTORY, STRIP = 4.2, 1.3, 0.28  # chosen: heights [in]
 

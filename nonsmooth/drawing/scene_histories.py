@@ -18,6 +18,7 @@ import numpy as np
 from nonsmooth.drawing.colours import BLACK, cycled
 from nonsmooth.drawing.labels import legend_above, show_no_rounding
 from nonsmooth.drawing.plots import (
+    ENERGY,
     HISTORY,
     TITLE_LETTERS,
     WIDTH,
@@ -47,6 +48,7 @@ PICTURE_HEIGHTS = 1.6, 3.6  # chosen: least and greatest height of the pictures 
 FEW = 4  # chosen: bodies with a curve each
 NAME = 24  # chosen: letters of a body's name in a legend
 SPEEDS, ACCURACY = "speeds", "accuracy"  # code: panels
+PANELS = (BODIES, ENERGY, SPEEDS, CONTACTS, ACCURACY)  # of a scene, whatever is recorded
 RANKED = (("fastest", 1.0), ("middle", 0.5))  # chosen: quantiles of the speeds of many bodies
 
 

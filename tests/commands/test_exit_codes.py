@@ -138,6 +138,11 @@ def test_a_failed_write_is_told_by_code_and_line(monkeypatch, capsys):
     assert re.fullmatch(lines_of_the_page()["write"], said) and "No space left" in said
 
 
+def test_a_panel_of_what_did_not_happen_is_told_in_one_line(capsys):
+    assert main(["run", "bouncing-ball", "--t-end", "0.01", "--plot", "run.png", "--panels", "impulses"]) == 0
+    assert re.fullmatch(lines_of_the_page()["no panel"], said_by(capsys)) and not Path("run.png").exists()
+
+
 def test_a_failure_without_a_contact_problem_is_told_in_one_line(capsys):
     """The speed doubles its exponent each step: the motion ends, but no contact problem does."""
     run = ["run", "bouncing-ball", "--q0", "1e300", "--u0", "1e308", "--set", "g=1e300", "--dt", "1", "--t-end", "1e9"]
@@ -172,7 +177,8 @@ def test_the_address_of_a_live_view_is_told_in_one_line(capsys):
 
 def test_the_page_names_no_code_and_no_line_that_is_not_tested():
     tested = {kind for _, _, kind in ROWS if kind} | {
-        "interruption", "memory", "compiling", "write", "no problem", "no form", "no figure", "estimate", "live",
+        "interruption", "memory", "compiling", "write", "no problem", "no form", "no figure", "no panel",
+            "estimate", "live",
     }  # fmt: skip
     assert set(lines_of_the_page()) == tested
     assert codes_of_the_page() == {code for _, code, _ in ROWS} | {4, 130}

@@ -1,6 +1,7 @@
 """``nonsmooth show``: a saved run is printed, drawn and converted as it was when it ran."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,3 +70,41 @@ def test_what_cannot_be_shown_is_told_in_one_line(words, said, folder, capsys):
     assert main(["show", *words.split()]) == 2
     told = capsys.readouterr().err
     assert said in told and told.count("\n") == 1
+
+
+BALL_FOR = "run bouncing-ball --set e=0.8 --t-end 0.3 --out ball.npz".split()
+
+
+@pytest.mark.parametrize(("words", "what", "panels", "load"), [
+    (BALL_FOR, "ball", ["energy", "modes"], ns.Solution.load),
+    ([*SCENE[:-2], "--out", "stack.npz"], "stack", ["bodies", "accuracy"], lambda file: saved_scene(file)),
+])  # fmt: skip
+def test_the_figure_shows_the_panels_that_were_asked_for(words, what, panels, load, folder):
+    """A run, and the saved run, draw what ``plot(panels=)`` draws of it."""
+    assert main([*words, "--plot", "run.png", "--panels", *panels, "--quiet"]) == 0
+    load(f"{what}.npz").plot("python.png", panels=panels)
+    assert (folder / "run.png").read_bytes() == (folder / "python.png").read_bytes()
+    model = ["--model", "box-stack"] if what == "stack" else []
+    assert main(["show", f"{what}.npz", *model, "--plot", "shown.png", "--panels", *panels, "--quiet"]) == 0
+    assert (folder / "shown.png").read_bytes() == (folder / "python.png").read_bytes()
+
+
+def saved_scene(file):
+    from nonsmooth.commands.show import saved_run
+
+    return saved_run(Path(file), "box-stack")[0]
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    ("run bouncing-ball --panels enrgy", "there is no panel 'enrgy'; did you mean 'energy'"),
+    ("run box-stack --panels modes", "there is no panel 'modes'"),
+    ("run bouncing-ball --panels energy --no-plot", "--panels chooses what --plot draws; give --plot FILE"),
+    ("run bouncing-ball --panels energy --json", "give --plot FILE"),
+    ("show ball.npz --panels energy", "give --plot FILE"),
+    ("show ball.npz --panels speeds --plot ball.png", "there is no panel 'speeds'"),
+])  # fmt: skip
+def test_panels_that_there_cannot_be_are_refused_before_the_run(words, said, folder, capsys):
+    assert main([*BALL_FOR, "--no-plot", "--quiet"]) == 0
+    assert main(words.split()) == 2
+    told = capsys.readouterr().err
+    assert said in told and told.count("\n") == 1 and [path.name for path in folder.iterdir()] == ["ball.npz"]
