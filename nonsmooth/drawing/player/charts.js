@@ -94,7 +94,7 @@ class TimeLine extends Chart {
       }
     }
     Object.assign(pen, { fillStyle: theme.faint, textAlign: "right", textBaseline: "middle" });
-    pen.fillText(`${most}`, LEFT - 6, top + 5); pen.fillText("contacts", LEFT - 6, top + height / 2);
+    pen.fillText(`${most}`, LEFT - 6, top + 5); pen.fillText("contacts", LEFT - 6, top + Math.max(17, height / 2));
   }
 
   drawMarks(theme) {

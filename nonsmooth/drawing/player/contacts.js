@@ -2,11 +2,11 @@
 // long a pixel is where the motion is.
 
 const ARROW = 55, LONGEST = 110, CONE = 46; // chosen: pixels of a typical force, of the longest arrow, of a cone
-const SOME = 12, LEAST = 0.25; // chosen: contacts in a frame: of more, arrows and cones are as long as a usual body reaches, down to this share
+const SOME = 12, LEAST = 0.25; // chosen: contacts in a frame: of more, arrows and cones are as long as a usual body reaches, down to this share; points are small without them
 const MANY = 300; // chosen: contacts in a frame: of more, cones, heads and open ones are left out, and arrows are a third as long
 const MOST_ARROWS = 1500; // chosen: of more contacts every second, third, ... is drawn
 const RIM = 14; // chosen: corners of a cone's rim in space
-const CONTACT_DETAIL = `cones, heads and open contacts up to ${MANY} closed contacts, points and arrows of at most ${MOST_ARROWS}`;
+const CONTACT_DETAIL = `cones, heads and open contacts up to ${MANY} closed contacts (${SOME} without forces), points and arrows of at most ${MOST_ARROWS}`;
 
 class ContactLayer {
   constructor(canvas, film, stage) { Object.assign(this, { canvas, film, stage, pen: canvas.getContext("2d"), hasForces: true }); }
@@ -24,7 +24,7 @@ class ContactLayer {
     this.pen.lineJoin = this.pen.lineCap = "round";
     const every = Math.ceil((last - first) / MOST_ARROWS) || 1, open = [], closed = [];
     for (let c = first; c < last; c += every) (contacts.mode[c] ? closed : open).push(c);
-    this.wasCrowd = closed.length > MANY;
+    this.wasCrowd = closed.length > (this.hasForces ? MANY : SOME);
     this.share = closed.length > SOME ? Math.min(1, Math.max(LEAST, this.film.usualReach / this.stage.unit / ARROW)) : 1;
     if (this.wasCrowd) return this.drawCrowd(closed, k);
     for (const c of open) this.drawPoint(c, theme, 2.8 * Math.sqrt(this.share));

@@ -57,12 +57,14 @@ class Shape:
 
 @dataclass(frozen=True)
 class Body:
-    """A name, what is drawn, whether it belongs to the surroundings, which never move, or moves as it is told."""
+    """A name, what is drawn, whether it belongs to the surroundings, which never move, or moves as it is told; what
+    it is made of, in words."""
 
     name: str
     shapes: tuple[Shape, ...]
     is_fixed: bool = False
     is_guided: bool = False
+    material: str = ""
 
 
 @dataclass(frozen=True)

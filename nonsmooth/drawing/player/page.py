@@ -23,7 +23,7 @@ from nonsmooth.drawing.player.packing import LEVELS, packed, quantised, rounded
 from nonsmooth.results.events import mode_name
 from nonsmooth.views import view
 
-SCRIPTS = ("unpack.js", "contacts.js", "plane.js", "space.js", "charts.js", "player.js")
+SCRIPTS = ("unpack.js", "colours.js", "camera.js", "contacts.js", "plane.js", "space.js", "charts.js", "player.js")
 EXACT_NUMBERS = 3_000_000  # chosen: of poses and contacts that are kept in float32, 12 MB; of more, 16 bits each
 CONTACTS_KEPT = 600_000  # chosen: in all frames, which make some 8 MB; each frame keeps its share of the strongest
 IN_NOTEBOOK = 720  # chosen: height of the player in a notebook [pixels]
@@ -148,7 +148,7 @@ def lost(all_of_them: Contacts, kept: Contacts) -> str:
 
 def body_as_json(body: Body) -> dict[str, Any]:
     """A body with its shapes."""
-    return {"name": body.name, "fixed": body.is_fixed, "guided": body.is_guided,
+    return {"name": body.name, "fixed": body.is_fixed, "guided": body.is_guided, "material": body.material,
             "shapes": [shape_as_json(shape) for shape in body.shapes]}  # fmt: skip
 
 

@@ -15,15 +15,17 @@ class Plane {
     [this.width, this.height] = [width, height];
     this.canvas.width = width * ratio; this.canvas.height = height * ratio;
     this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    if (this.isFitted) this.fit();
+    if (this.isFitted) this.fit(this.near);
   }
 
-  fit() {
+  // All of the motion in view, or so much around what is in its middle.
+  fit(near = null) {
     const [x0, y0, x1, y1] = this.bounds, w = this.width ?? 100, h = this.height ?? 100;
+    [this.near, this.isFitted] = [near, true];
+    if (near) { this.scale = Math.min(w - 80, h - 110) / (2 * near); return; }
     const size = Math.max(x1 - x0, y1 - y0) || 1;
     this.scale = Math.min((w - 80) / Math.max(x1 - x0, size / 50), (h - 110) / Math.max(y1 - y0, size / 50));
     [this.x, this.y] = [(x0 + x1) / 2, (y0 + y1) / 2];
-    this.isFitted = true;
   }
 
   begin() {} // a planar film has the same pixels whether it plays or not
@@ -44,7 +46,7 @@ class Plane {
     this.x += x - x1; this.y += y - y1;
   }
 
-  centre(point) { [this.x, this.y] = point; this.isFitted = false; }
+  centre(point) { [this.x, this.y] = point; this.isFitted &&= this.near !== null; }
 
   // The points of a shape in pixels, at a frame.
   place(body, shape, k) {
@@ -108,10 +110,15 @@ class Plane {
     this.drawGrid(theme);
     this.drawBodies(k, all.filter((i) => film.bodies[i].fixed), { fillStyle: theme.line, strokeStyle: theme.still, lineWidth: 1.2 });
     this.drawBodies(k, all.filter((i) => film.bodies[i].guided), { fillStyle: `rgba(${theme.guided}, 0.25)`, strokeStyle: `rgb(${theme.guided})`, lineWidth: 1.5 });
-    const moving = all.filter((i) => !film.bodies[i].fixed && !film.bodies[i].guided && i !== picked);
-    for (let shade = 0; shade < 3; shade++) {
-      const fillStyle = `rgba(${theme.body}, ${0.14 + 0.09 * shade})`, strokeStyle = `rgb(${theme.body})`;
-      this.drawBodies(k, moving.filter((i) => i % 3 === shade), { fillStyle, strokeStyle, lineWidth: moving.length > 200 ? 0.8 : 1.5 });
+    const free = all.filter((i) => isFree(film.bodies[i]) && i !== picked), groups = new Map(), lineWidth = free.length > 200 ? 0.8 : 1.5;
+    for (const i of free) {
+      const colour = film.colouring.of(i, k, theme) ?? i % 3;
+      if (!groups.has(colour)) groups.set(colour, []);
+      groups.get(colour).push(i);
+    }
+    for (const [colour, which] of groups) {
+      const isShade = typeof colour === "number";
+      this.drawBodies(k, which, { fillStyle: isShade ? `rgba(${theme.body}, ${0.14 + 0.09 * colour})` : `${colour}80`, strokeStyle: isShade ? `rgb(${theme.body})` : colour, lineWidth });
     }
     if (picked !== null) {
       this.drawTrail(k, picked, theme);

@@ -4,6 +4,7 @@ const USUAL = [3, 25]; // chosen: seconds: a motion that lasts as long is played
 const SHOWN = 10; // chosen: seconds that another one is played in
 const TOLD = 12; // chosen: contacts in the table
 const FEW = 20; // chosen: moving bodies: of more the arrows and cones hide the bodies, and are shown when asked for
+const SHORT = 700; // chosen: pixels: in a window that is less high the second curves are those of the picked body
 const FLUENT = 30; // chosen: pictures a second; where there are fewer, the stage is asked to hurry
 const WATCHED = 10; // chosen: pictures between two looks at their rate
 const CONTRAST = 4; // chosen: of a mode or a curve with a dark ground; WCAG 2.1 asks 3 of graphics
@@ -20,7 +21,7 @@ class Player {
   constructor(film, stage) {
     this.layer = new ContactLayer($("overlay"), film, stage);
     film.length = stage.length;
-    this.layer.hasForces = film.bodies.filter((body) => !body.fixed && !body.guided).length <= FEW;
+    this.layer.hasForces = film.bodies.filter(isFree).length <= FEW;
     Object.assign(this, { film, stage, frame: 0, time: film.times[0], isPlaying: false, picked: null, isFollowing: false, drawn: [] });
     const span = film.times[film.n - 1] - film.times[0];
     this.speed = span >= USUAL[0] && span <= USUAL[1] ? 1 : roundUp((span || 1) / SHOWN);
@@ -30,12 +31,13 @@ class Player {
     this.curves = [new Curves(boxes[1], film, groups[0]), new Curves(boxes[2], film, groups[1] ?? groups[0])];
     this.charts = [this.timeLine, ...this.curves];
     this.hasOneGroup = groups.length < 2;
-    boxes[2].hidden = this.hasOneGroup;
+    $("colours").replaceChildren(...film.colouring.choices.map((by) => new Option(COLOURINGS[by], by)));
     this.write();
     this.listen();
     this.setDark(matchMedia("(prefers-color-scheme: dark)").matches);
     new ResizeObserver(() => this.resize()).observe($("scene"));
     this.resize();
+    if (film.moving.isLostIn(film.length)) this.follow(true);
   }
 
   // --- time
@@ -100,7 +102,7 @@ class Player {
 
   show(frame) {
     this.frame = frame;
-    if (this.isFollowing && this.picked !== null) this.stage.centre(this.positionOf(this.picked));
+    if (this.isFollowing) this.stage.centre(this.picked === null ? this.film.moving.middle(frame) : this.positionOf(this.picked));
     this.redraw();
     const t = this.isPlaying ? this.time : this.film.times[frame];
     this.charts.forEach((chart) => chart.point(t));
@@ -135,6 +137,7 @@ class Player {
   }
 
   resize() {
+    this.curves[1].box.hidden = (this.hasOneGroup || innerHeight < SHORT) && this.picked === null;
     const { width, height } = $("scene").getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
     if (!width || !height) return;
     this.stage.resize(width, height, ratio);
@@ -150,11 +153,21 @@ class Player {
     const seen = (printed) => (isDark ? seenOn(printed, this.theme.ground) : printed);
     this.theme.curves = this.film.cycle.map(seen);
     this.theme.colourOf = (curve, i) => (curve.colour ? seen(curve.colour) : this.theme.curves[i % this.theme.curves.length]);
+    Object.assign(this.theme, this.film.colouring.themed(seen));
     for (const mode of this.film.modes) mode[3] = mode[0] || !isDark ? seen(mode[4]) : this.theme.line;
-    $("legend").replaceChildren(...legendOf(this.film));
     this.isDark = isDark;
+    this.writeLegend();
     this.resize();
   }
+
+  setColours(by) {
+    if (!this.film.colouring.choices.includes(by)) throw new RangeError(`bodies have no colours ${by}; see player.colourings`);
+    this.film.colouring.by = $("colours").value = by;
+    this.writeLegend();
+    this.redraw();
+  }
+
+  nextColours() { const { choices, by } = this.film.colouring; this.setColours(choices[(choices.indexOf(by) + 1) % choices.length]); }
 
   positionOf(body) {
     const d = this.film.dimension, at = d * (this.frame * this.film.bodies.length + body);
@@ -181,10 +194,7 @@ class Player {
     this.picked = body;
     for (const curves of this.curves) { curves.own = body === null ? [] : this.curvesOf(body); curves.fill(); }
     if (body !== null) { this.curves[1].group = "picked body: position"; this.curves[1].fill(); }
-    this.curves[1].box.hidden = this.hasOneGroup && body === null;
     this.resize();
-    if (body === null) this.setFollowing(false);
-    this.show(this.frame);
   }
 
   // Position and angle, or quaternion, of a body over the frames.
@@ -196,7 +206,14 @@ class Player {
     return [...position, ...names.map((name, j) => ({ group: "picked body: turn", name, unit: d === 3 ? "" : "rad", values: column(film.turn, size, j) }))];
   }
 
-  setFollowing(isFollowing) { this.isFollowing = isFollowing && this.picked !== null; $("follow").ariaPressed = this.isFollowing; }
+  setFollowing(isFollowing) { this.isFollowing = isFollowing && (this.picked !== null || this.film.moving.radius > 0); $("follow").ariaPressed = this.isFollowing; }
+
+  // The picked body in the middle; without one what moves, as near as it has room, or again all of the motion.
+  follow(isFollowing) {
+    this.setFollowing(isFollowing);
+    if (this.picked === null) this.stage.fit(this.isFollowing ? this.film.moving.radius : null);
+    this.show(this.frame);
+  }
 
   pickNext(by) {
     const moving = this.film.bodies.flatMap((body, i) => (body.fixed ? [] : [i]));
@@ -219,9 +236,12 @@ class Player {
       return button;
     });
     $("events").replaceChildren(...(film.marks.length ? this.eventItems.map((item) => element("li", {}, item)) : [element("li", { textContent: "none" })]));
-    $("legend").replaceChildren(...legendOf(film));
-    $("legend").previousElementSibling.hidden = !$("legend").children.length;
     for (const id of ["before", "next"]) $(id).disabled = !film.marks.length;
+  }
+
+  writeLegend() {
+    $("legend").replaceChildren(...legendOf(this.film, this.theme));
+    $("legend").previousElementSibling.hidden = !$("legend").children.length;
   }
 
   tell() {
@@ -234,7 +254,7 @@ class Player {
     const now = film.marks.findLastIndex((mark) => mark.frame <= frame);
     this.eventItems.forEach((item, i) => item.classList.toggle("now", i === now && film.marks[i].frame === frame));
     if (now >= 0) { const item = this.eventItems[now], list = $("events"); list.scrollTop = item.offsetTop - list.offsetTop - list.clientHeight / 2; }
-    $("follow").disabled = this.picked === null;
+    $("follow").disabled = this.picked === null && !film.moving.radius;
   }
 
   tellPlay() {
@@ -291,7 +311,7 @@ class Player {
     const act = {
       first: () => this.goTo(0), back: () => this.step(-1), play: () => (this.isPlaying ? this.pause() : this.play()), ahead: () => this.step(1),
       before: () => this.previousEvent(), next: () => this.nextEvent(), slower: () => this.changeSpeed(-1), faster: () => this.changeSpeed(1),
-      fit: () => { this.setFollowing(false); this.stage.fit(); this.redraw(); }, follow: () => { this.setFollowing(!this.isFollowing); this.show(this.frame); },
+      fit: () => { this.setFollowing(false); this.stage.fit(); this.redraw(); }, follow: () => this.follow(!this.isFollowing),
       forces: () => { this.layer.hasForces = !this.layer.hasForces; $("forces").ariaPressed = this.layer.hasForces; this.redraw(); },
       save: () => this.save(), theme: () => this.setDark(!this.isDark), help: () => $("keys").showModal(),
     };
@@ -299,7 +319,7 @@ class Player {
     const keys = {
       " ": act.play, ArrowLeft: (e) => this.step(e.shiftKey ? -10 : -1), ArrowRight: (e) => this.step(e.shiftKey ? 10 : 1), p: act.before, n: act.next,
       Home: act.first, End: () => this.goTo(this.film.n - 1), "-": act.slower, "+": act.faster, b: () => this.pickNext(1), B: () => this.pickNext(-1),
-      Escape: () => this.pick(null), l: act.follow, f: act.fit, c: act.forces, s: act.save, d: act.theme, h: act.help, "?": act.help,
+      Escape: () => this.pick(null), l: act.follow, f: act.fit, c: act.forces, k: () => this.nextColours(), s: act.save, d: act.theme, h: act.help, "?": act.help,
     };
     addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || $("keys").open || event.target.tagName === "SELECT" || !keys[event.key]) return;
@@ -308,8 +328,13 @@ class Player {
     });
     $("forces").ariaPressed = this.layer.hasForces;
     $("follow").ariaPressed = false;
+    $("colours").onchange = () => { this.setColours($("colours").value); $("colours").blur(); };
     gestures($("stage"), {
-      drag: (...how) => { this.setFollowing(false); this.stage.drag(...how); this.redraw(); },
+      drag: (dx, dy, isMove) => {
+        if (isMove || this.film.dimension === 2) this.setFollowing(false);
+        this.stage.drag(dx, dy, isMove);
+        this.redraw();
+      },
       zoom: (...how) => { this.stage.zoom(...how); this.redraw(); },
       tap: (x, y) => this.pick(this.stage.hit(x, y, this.frame)),
     });
@@ -359,7 +384,7 @@ function contrast(a, b) {
   return (L1 + 0.05) / (L0 + 0.05);
 }
 
-function legendOf(film) {
+function legendOf(film, theme) {
   const met = new Set();
   for (let c = 0; c < film.contacts.number.length; c++) met.add(film.modeOf(c));
   const item = (svg, text) => { const li = element("li"); li.innerHTML = `<svg viewBox="0 0 30 14">${svg}</svg>`; li.append(text); return li; };
@@ -375,9 +400,9 @@ function legendOf(film) {
     item('<path d="M3 7h22m-6-4 6 4-6 4" fill="none" stroke="var(--ink)" stroke-width="2"/>', `${film.isOfLastStep ? "impulse of the last step on the body" : "force on the body, P/Δt since the frame before"}; two heads: larger than drawn${film.isOfLastStep ? "" : "; thick: an impulse"}`),
     ...(film.contacts.mu.some((mu) => mu > 0) ? [item('<path d="M15 13 6 1h18z" fill="var(--still)" fill-opacity=".3" stroke="var(--still)"/>', "friction cone |P_F| ≤ µ P_N")] : []),
   ] : [];
-  const swatch = (colour, text) => item(`<path d="M9 2h12v10h-12z" fill="${colour}"/>`, text);
-  const guided = film.bodies.some((body) => body.guided) ? [swatch("rgb(var(--guided))", "body that moves as it is told")] : [];
-  return [...modes, ...forces, ...guided, ...Object.keys(marks).filter((kind) => kinds.has(kind)).map((kind) => item(marks[kind], words[kind] ?? kind))];
+  const swatch = (colours, text) => item(colours.map((colour, i) => `<path d="M${9 + (12 * i) / colours.length} 2H21v10H${9 + (12 * i) / colours.length}z" fill="${colour}"/>`).join(""), text);
+  const guided = film.bodies.some((body) => body.guided) ? [swatch(["rgb(var(--guided))"], "body that moves as it is told")] : [];
+  return [...film.colouring.legend(theme).map((one) => swatch(...one)), ...modes, ...forces, ...guided, ...Object.keys(marks).filter((kind) => kinds.has(kind)).map((kind) => item(marks[kind], words[kind] ?? kind))];
 }
 
 // Drag with one pointer, pinch with two, wheel, and a tap that did not move.
@@ -420,7 +445,9 @@ async function start() {
     nextEvent: () => player.nextEvent(), previousEvent: () => player.previousEvent(), pick: (body) => player.pick(body === null || film.bodies[body] ? body : refuse(body)), get picked() { return player.picked; },
     body: (i) => ({ name: film.bodies[i].name, position: player.positionOf(i), turn: player.turnOf(i) }), contacts: () => player.contactsNow().map((c) => player.contact(c)),
     curves: () => film.curves.map(({ group, name, unit, values }) => ({ group, name, unit, value: values[player.frame] })),
-    project: (point) => stage.project(point), setDark: (isDark) => player.setDark(isDark), picture: () => player.picture().toDataURL("image/png"),
+    project: (point) => stage.project(point), setDark: (isDark) => player.setDark(isDark),
+    colourings: film.colouring.choices, get colours() { return film.colouring.by; }, set colours(by) { player.setColours(by); },
+    get isFollowing() { return player.isFollowing; }, follow: (isFollowing) => player.follow(isFollowing), picture: () => player.picture().toDataURL("image/png"),
   };
   document.documentElement.dataset.ready = "yes";
 }

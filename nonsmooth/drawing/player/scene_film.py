@@ -17,6 +17,7 @@ from nonsmooth.drawing.plots import nearest_records
 from nonsmooth.results.scene_contacts import SceneContacts
 from nonsmooth.results.summary import worst_place
 from nonsmooth.scenes import scene as scenes
+from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, place_of, rotate
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, SPHERE
@@ -104,7 +105,14 @@ def body_of(body: scenes.Body, centre: np.ndarray, dim: int) -> Body:
     frame = place_of(-centre, ORIGIN[dim][dim:])
     drawn = planar_shape if dim == PLANAR else spatial_shape
     shapes = tuple(drawn(part._replace(place=compose(frame, part.place))) for part in parts_of(body.shape, dim))
-    return Body(body.name, shapes, body.kind == scenes.Kind.FIXED, body.kind == scenes.Kind.KINEMATIC)
+    is_fixed, is_guided = body.kind == scenes.Kind.FIXED, body.kind == scenes.Kind.KINEMATIC
+    return Body(body.name, shapes, is_fixed, is_guided, words_of_material(body.material))
+
+
+def words_of_material(material: Material) -> str:
+    """Its name, or by which numbers it is told from others."""
+    mu = f"{material.mu:g}" if isinstance(material.mu, float) else str(material.mu)
+    return material.name or f"µ = {mu}, e = {material.e:g}"
 
 
 def planar_shape(part: Part) -> Shape:

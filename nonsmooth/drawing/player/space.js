@@ -28,7 +28,7 @@ class Space {
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(VIEW, 1);
     this.camera.up.set(0, 0, 1);
-    this.share = null;
+    [this.share, this.look] = [null, []];
     const faces = this.isCoarse ? `of more than ${FINE} shapes a sphere has 48 faces, a capsule 50` : "a sphere has 720 faces";
     this.detail = `${faces}; while it plays at fewer than ${FLUENT} pictures a second, fewer pixels, down to ${100 * FEWEST} % along each side`;
     this.measure();
@@ -111,7 +111,8 @@ class Space {
   }
 
   addLand(body, shape) {
-    const { three } = this, size = LAND * this.radius, step = roundUp(this.radius / 6), n = Math.ceil(size / step / 2) * 2;
+    const { three, radius } = this, near = this.film.moving.isLostIn(2 * radius) ? Math.max(this.film.moving.radius, radius / 10) : radius;
+    const size = LAND * near + 2 * (radius - near), step = roundUp(near / 6), n = Math.ceil(size / step / 2) * 2;
     const land = new three.Group(), grid = new three.GridHelper(n * step, n);
     const ground = new three.Mesh(new three.PlaneGeometry(n * step, n * step), new three.MeshBasicMaterial({ polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 }));
     grid.geometry.rotateX(Math.PI / 2);
@@ -138,8 +139,11 @@ class Space {
 
   // --- the camera: around a target at angles, at a distance
 
-  fit() {
-    Object.assign(this, { target: [...this.middle], azimuth: -0.9, height: 0.35, isFitted: true });
+  // All of the motion in view, or a ball of so much around what is in its middle.
+  fit(near = null) {
+    Object.assign(this, { near, isFitted: true });
+    if (near) { this.distance = near / Math.sin(Math.atan(ROOM * Math.tan((VIEW * Math.PI) / 360) * Math.min(1, this.camera.aspect))); return; }
+    Object.assign(this, { target: [...this.middle], azimuth: -0.9, height: 0.35 });
     this.distance = Math.max(...this.corners.map((corner) => this.distanceFor(corner)));
   }
 
@@ -158,7 +162,7 @@ class Space {
     this.ratio = ratio;
     this.setPixels(this.share);
     this.camera.aspect = width / height;
-    if (this.isFitted) this.fit();
+    if (this.isFitted) this.fit(this.near);
   }
 
   // While it plays, a share of the picture's pixels along each side; where it stands all of them, of many shapes two for one.
@@ -204,12 +208,14 @@ class Space {
   }
 
   zoom(factor) { this.distance /= factor; this.isFitted = false; }
-  centre(point) { this.target = point; this.isFitted = false; }
+  centre(point) { this.target = point; this.isFitted &&= this.near !== null; }
 
   // --- drawing
 
   draw(k, picked, theme) {
-    if (this.painted !== theme || this.pickedLast !== picked) this.paint(picked, theme);
+    const { by } = this.film.colouring, look = [theme, picked, by, by === "speed" && k];
+    if (look.some((one, i) => one !== this.look[i])) this.paint(k, picked, theme);
+    this.look = look;
     this.aim();
     for (const mesh of this.meshes) this.place(mesh, k);
     const lands = [];
@@ -280,12 +286,12 @@ class Space {
     return n;
   }
 
-  paint(picked, theme) {
+  paint(k, picked, theme) {
     const colour = new this.three.Color();
     this.renderer.setClearColor(theme.ground);
     for (const mesh of this.meshes) {
       mesh.copies.forEach(({ body }, i) => {
-        colour.set(body === picked ? theme.picked : this.colourOf(body, theme));
+        colour.set(this.colourOf(body, k, picked, theme));
         colour.toArray(mesh.colours, 3 * i);
       });
     }
@@ -293,14 +299,14 @@ class Space {
       if (land) {
         land.children[0].material.color.set(theme.panel);
         land.children[1].material.color.set(this.film.bodies[body].guided ? `rgb(${theme.guided})` : theme.line);
-      } else object.material.color.set(body === picked ? theme.picked : this.film.bodies[body].fixed ? theme.still : SHADES[0]);
+      } else object.material.color.set(this.colourOf(body, k, picked, theme));
     }
-    [this.painted, this.pickedLast] = [theme, picked];
   }
 
-  colourOf(body, theme) {
+  colourOf(body, k, picked, theme) {
     const { fixed, guided } = this.film.bodies[body];
-    return fixed ? theme.still : guided ? `rgb(${theme.guided})` : SHADES[body % SHADES.length];
+    if (body === picked) return theme.picked;
+    return fixed ? theme.still : guided ? `rgb(${theme.guided})` : this.film.colouring.of(body, k, theme) ?? SHADES[body % SHADES.length];
   }
 
   hit(px, py) {

@@ -42,6 +42,8 @@ async function readFilm(json) {
   film.modeOf = modeTable(film);
   film.forces = contactForces(film);
   film.usualReach = usualReach(film);
+  film.colouring = new Colouring(film);
+  film.moving = new Moving(film);
   return film;
 }
 

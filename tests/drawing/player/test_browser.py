@@ -666,7 +666,120 @@ def test_forces_of_many_bodies_are_shown_when_asked_for_and_the_scene_has_most_o
     try:
         chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                                  {"width": 1280, "height": 660, "deviceScaleFactor": 1, "mobile": False})  # fmt: skip
-        assert page.ask("document.getElementById('scene').getBoundingClientRect().height") > 330
+        page.wait_for("document.querySelectorAll('.chart')[2].hidden")
+        width, height = page.ask("(b => [b.width, b.height])(document.getElementById('scene').getBoundingClientRect())")
+        assert width * height > 0.5 * 1280 * 660
+        page.do("player.pick(1)")
+        assert not page.ask("document.querySelectorAll('.chart')[2].hidden")
     finally:
         chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         chromium.set_window_size(size["width"], size["height"])
+
+
+# --- colours and camera
+
+
+def lane(dim, speeds=(1.0, 2.0, 3.0, 40.0)):
+    """Four bodies without weight that fly along x, in turn of one material and of the other; the last flies away."""
+    scene = ns.Scene(gravity=np.zeros(dim), material=ns.Material(mu=0.25, e=0.5))
+    rubber = ns.Material(mu=0.9, name="rubber")
+    for k, speed in enumerate(speeds):
+        place, velocity = np.zeros(dim), np.zeros(dim)
+        place[1], velocity[0] = 0.6 * k, speed
+        shape = ns.Sphere(0.2) if dim == 3 else ns.Disc(0.2)
+        scene.body(shape, density=1000, position=place, velocity=velocity, material=rubber if k % 2 else None)
+    return ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=0.02))
+
+
+def colours_of(page, count=4):
+    """The colour that most pixels of each body have near its centre: its hue, whatever light falls on it."""
+    shot, found = page.scene(), []
+    for b in range(count):
+        x, y = np.rint(page.pixel_of(page.ask(f"player.body({b}).position"))).astype(int)
+        near = shot[y - 2 : y + 3, x - 2 : x + 3].reshape(-1, 3)
+        hue = near - near.min(axis=1, keepdims=True)
+        found.append(hue[np.argmax(hue.max(axis=1))] / max(hue.max(), 1))
+    return np.array(found)
+
+
+def are_alike(a, b):
+    return np.abs(a - b).max() < 0.15
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_bodies_are_coloured_alike_by_body_by_material_or_by_speed(chromium, tmp_path, dim):
+    page = Opened(chromium, lane(dim, speeds=(1.0, 1.0, 2.0, 2.0)).view(tmp_path / "lane.html"))
+    assert page.ask("player.colourings") == ["plain", "body", "material", "speed"]
+    page.do("player.goTo(10)")
+    found = {}
+    for by in ("plain", "body", "material", "speed"):
+        page.do(f"player.colours = '{by}'")
+        assert page.ask("document.getElementById('colours').value") == by
+        found[by] = colours_of(page)
+    for a in range(4):
+        for b in range(a):
+            assert are_alike(found["plain"][a], found["plain"][b])
+            assert not are_alike(found["body"][a], found["body"][b])
+            assert are_alike(found["material"][a], found["material"][b]) == (a % 2 == b % 2)
+            assert are_alike(found["speed"][a], found["speed"][b]) == (a // 2 == b // 2)
+    legend = "document.getElementById('legend').innerText"
+    assert "speed of the centre, 0 to 2 m/s" in page.ask(legend)
+    page.do("player.colours = 'material'")
+    assert "rubber" in page.ask(legend) and "µ = 0.25, e = 0.5" in page.ask(legend)
+    page.do("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'k', bubbles: true}))")
+    assert page.ask("player.colours") == "speed" and page.complaints() == []
+
+
+def test_colours_follow_the_speed_of_each_frame(chromium, tmp_path):
+    """A ball that falls from rest is dark first and light at last; of one material there is nothing to choose."""
+    ball = BouncingBall(e=0.5)
+    sol = ns.simulate(ball, (0, 0.4), *ball.state(height=1.0), integrator=ns.MoreauJean(dt=1e-2))
+    page = Opened(chromium, sol.view(tmp_path / "ball.html"))
+    assert page.ask("player.colourings") == ["plain", "body", "speed"]
+    page.do("player.colours = 'speed'; player.goTo(1)")
+    slow = colours_of(page, 2)[1]
+    page.do("player.goTo(player.frames - 1)")
+    fast = colours_of(page, 2)[1]
+    assert slow.argmax() == 2 and fast.argmin() == 2  # blue, and yellow
+    assert page.ask("(() => { try { player.colours = 'age'; } catch (error) { return error.message; } })()").startswith(
+        "bodies have no colours age"
+    )
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_camera_follows_what_moves_though_one_body_runs_away(chromium, tmp_path, dim):
+    """The three are in view at every frame, and larger than when all of the motion, 40 m, is."""
+    page = Opened(chromium, lane(dim).view(tmp_path / "lane.html"))
+    assert page.ask("player.isFollowing")
+    width, height = page.ask("(c => [c.clientWidth, c.clientHeight])(document.getElementById('stage'))")
+
+    def size_of_the_first():
+        centre, beside = (page.ask(f"player.project({point})") for point in across())
+        return np.hypot(*np.subtract(centre, beside))
+
+    def across():
+        place = page.ask("player.body(0).position")
+        return place, [place[0], place[1] + 0.2, *place[2:]]
+
+    followed = []
+    for k in (0, 20, 50):
+        page.do(f"player.goTo({k})")
+        places = np.array([page.ask(f"player.project(player.body({b}).position)") for b in range(3)])
+        assert (places > 0).all() and (places < [width, height]).all()
+        np.testing.assert_allclose(places[1], [width / 2, height / 2], atol=1.5)  # that of the middle speed
+        followed.append(size_of_the_first())
+    page.do("document.getElementById('follow').click()")
+    assert not page.ask("player.isFollowing") and 4 * size_of_the_first() < min(followed)
+    page.do("player.follow(true); player.pick(3); player.goTo(50)")
+    np.testing.assert_allclose(page.ask("player.project(player.body(3).position)"), [width / 2, height / 2], atol=1.5)
+    assert page.complaints() == []
+
+
+@pytest.mark.parametrize("build", [SpragSlip, BouncingBall, RockingBlock])
+def test_a_motion_that_fills_the_view_is_not_followed_unasked(chromium, tmp_path, build):
+    model = build()
+    sol = ns.simulate(model, (0, 0.5), *model.state(), integrator=ns.MoreauJean(dt=1e-3))
+    page = Opened(chromium, sol.view(tmp_path / "run.html"))
+    assert not page.ask("player.isFollowing")
+    page.do("document.getElementById('follow').click()")
+    assert page.ask("player.isFollowing")
