@@ -12,27 +12,16 @@ import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.contact.network.matrices import Matrices
-from nonsmooth.contact.planar.energetic import spring_back
-from nonsmooth.contact.planar.enumerate import enumerate_modes
-from nonsmooth.contact.planar.impacts import strike
-from nonsmooth.contact.planar.ladder import solve_planar
-from nonsmooth.contact.planar.lemke import pivot
-from nonsmooth.contact.planar.newton import solve_by_newton
-from nonsmooth.contact.planar.redundant import enumerate_redundant
-from nonsmooth.contact.spatial.solve import solve_spatial
-from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.moreau_jean.contact import Scratch, solve
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.moreau_jean.contact import Scratch
+from nonsmooth.integrators.moreau_jean.rows import StepRows
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import Kernel, load_all
-from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import LAST_CODE, LAW_CODE, LAW_IMPACT, LAW_WIDTH, ImpactLaw
-from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
 from nonsmooth.results.fclib import FCLIB_ENDINGS, ContactProblem, write_fclib
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
@@ -50,18 +39,10 @@ ARRAYS: dict[str, Rule] = {
 }  # fmt: skip
 
 
-class Answer(NamedTuple):
-    """What the solver of the step says: its status, the impulses (r,), the residual relative to max |c|."""
-
-    status: Status
-    P: np.ndarray
-    residual: float
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class FailedProblem(Worded):
-    """The closed contacts of one step. n = contacts, r = rows, per contact N, (N, T) or (N, T1, T2), without N
-    where it is given.
+class FailedProblem(StepRows, Worded):
+    """The closed contacts of the step that failed. n = contacts, r = rows, per contact N, (N, T) or (N, T1, T2),
+    without N where it is given.
 
     Attributes
     ----------
@@ -77,18 +58,6 @@ class FailedProblem(Worded):
     about : str, the message of the failure
     """
 
-    G: np.ndarray
-    c: np.ndarray
-    gamma_0: np.ndarray
-    start: np.ndarray
-    kinds: np.ndarray
-    laws: np.ndarray
-    N: np.ndarray
-    P_before: np.ndarray
-    mode_before: np.ndarray
-    slip_before: np.ndarray
-    dt: float
-    selection: int
     about: str = ""
 
     @classmethod
@@ -105,28 +74,6 @@ class FailedProblem(Worded):
             work.G[:r, :r].copy(), work.c[:r].copy(), work.gamma_0[:r].copy(), start, kinds[closed], laws[closed],
             work.N[closed], state.P[closed], state.mode[closed], state.slip[closed], dt, selection, about,
         )  # fmt: skip
-
-    def solve(self) -> Answer:
-        """Solve it again as the step did, redundant contacts included."""
-        n, r = len(self.kinds), len(self.c)
-        width = self.P_before.shape[1]
-        state = new(State, n=1, n_c=n, d=width - 1, capacity=1)
-        scratch = new(Scratch, n=1, n_c=n, d=width - 1)
-        work = scratch.work
-        work.G[:r, :r], work.c[:r], work.gamma_0[:r] = self.G, self.c, self.gamma_0
-        work.start[: n + 1], work.closed[:], work.N[:] = self.start, np.arange(n), self.N
-        state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
-        others: tuple[Kernel, ...] = (solve_spatial,) if width > 2 else ()
-        if n > 1 and width < 3:
-            scratch.planar.can_decide_redundant = scratch.planar.has_newton = 1
-            others = solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton, strike, spring_back
-        load_all((solve, *others))
-        sys = new(Sys, n_p=0, n_c=n)
-        sys.n, sys.n_c, sys.kinds[:], sys.laws[:] = 1, n, self.kinds, self.laws
-        status = solve(sys.address, self.selection, self.dt, n, state.address, scratch.address)
-        is_solved = status == Status.RUNNING
-        residual = float(state.worst.residual) if is_solved else np.inf
-        return Answer(Status.FINISHED if is_solved else Status(status), work.P[:r].copy(), residual)
 
     def save(self, path: str | Path) -> Path:
         """Write to .npz: plain arrays under their names, and one JSON text ``about``; to .hdf5, .h5: FCLIB's form.

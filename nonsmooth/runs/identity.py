@@ -63,7 +63,7 @@ def facts_of_run(
 
 def facts_of_scene_run(
     world: World, kernels: Sequence[Kernel], integrator: Integrator, t_span: tuple[float, float], every: int,
-    t_eval: Any, kinds: tuple[str, ...], project: bool,
+    t_eval: Any, kinds: tuple[str, ...], project: bool, selection: int,
 ) -> dict[str, Any]:  # fmt: skip
     """The facts of a run of a scene; what has many numbers, the scene itself among it, is told by its hash."""
     bodies, d = world.bodies, world.dim
@@ -91,6 +91,7 @@ def facts_of_scene_run(
         "t_eval": None if t_eval is None else _hash(np.asarray(t_eval, dtype=np.float64).tobytes()),
         "record": list(kinds),
         "project": project,
+        "selection": int(selection),
     }
 
 

@@ -8,11 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.law import Regularised
+from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.results.recorded import EVENTS
 from nonsmooth.runs.recorder import SceneRun
+from nonsmooth.scenes.shapes import SPATIAL
 
 
 def require_taken(run: SceneRun, project: bool, functions: Sequence[Callable], threads: int) -> None:
@@ -46,12 +49,6 @@ def refused_by_all(run: SceneRun, project: bool, functions: Sequence[Callable]) 
     scene = run.scene
     if len(scene.bodies) == 0:
         yield "the scene has no bodies; add them by scene.body(...), scene.fixed(...)"
-    for body in scene.bodies:
-        if body.material.impact not in (None, "newton"):
-            yield (
-                f"{body.name} is of {body.material}, and a step of scenes rebounds by Newton's law; EventDriven and "
-                "Adaptive take the others in a scene of few contacts"
-            )
     if project and scene.joints:
         yield (
             f"project=True moves bodies apart that no joint holds, and the scene has {scene.joints[0].name}; move "
@@ -74,6 +71,12 @@ def refused_by_steps(run: SceneRun) -> Iterator[str]:
         )
     if run.integrator.compliance is not None:
         yield from refused_joints(run, "MoreauJean with compliance=")
+    surfaces = run.world.surfaces
+    if surfaces.impact != ImpactLaw.NEWTON and run.scene.dim == SPATIAL and (surfaces.mu > 0.0).any():
+        yield (
+            f"impact = {ImpactLaw(surfaces.impact).name.lower()!r} in space is one without friction, and a material of "
+            "the scene has mu > 0; give mu=0, or impact='newton'"
+        )
 
 
 def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
@@ -83,6 +86,13 @@ def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "
             "short that to hand them over costs what is gained; leave out threads=, or take MoreauJean(dt)"
+        )
+    if run.selection != Selection.COMPLIANT_LIMIT:
+        yield "springs have one answer, that of the compliant limit; leave out selection=, or take MoreauJean(dt)"
+    if run.world.surfaces.impact != ImpactLaw.NEWTON:
+        yield (
+            f"springs and dampers say how bodies rebound, and a material has impact = "
+            f"{ImpactLaw(run.world.surfaces.impact).name.lower()!r}; leave out impact=, or take MoreauJean(dt)"
         )
     for body in run.scene.bodies:
         if body.motion is not None:

@@ -15,13 +15,16 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.contact.network.parallel import Desks
+from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.errors import InvalidInput, Status, said_by
 from nonsmooth.integrators.assembly.apart import part_bodies
-from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, UNSOLVED
+from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, TOO_MANY, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
+from nonsmooth.integrators.assembly.struck import MOST_STRUCK
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
+from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.ledger import WORKS
 from nonsmooth.results.recorded import EVENTS, PAIRS
@@ -65,6 +68,7 @@ class SceneRun:
     functions : sequence of callables
         Events of the user.
     threads : int
+    selection : Selection
 
     Raises
     ------
@@ -81,9 +85,9 @@ class SceneRun:
     def __init__(
         self, scene: Scene, t_span: tuple[float, float], integrator: Any, every: int, t_eval: Any,
         recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
-        threads: int = 1,
+        threads: int = 1, selection: Selection = Selection.COMPLIANT_LIMIT,
     ) -> None:  # fmt: skip
-        self.scene, self.integrator, self.threads = scene, integrator, threads
+        self.scene, self.integrator, self.threads, self.selection = scene, integrator, threads, selection
         self.table = self._times(t_span, every, t_eval)
         self.recorder = SceneRecorder() if recorder is None else recorder
         started = time.perf_counter()
@@ -125,7 +129,7 @@ class SceneRun:
         assembly = Assembly(
             world.bodies, world.shapes, world.surfaces, world.joints, options.tol, options.sweeps,
             options.interior, options.on_residual == "raise", options.may_sleep, self.integrator.theta,
-            PAIRS in self.recorder.kinds,
+            PAIRS in self.recorder.kinds, self.selection,
         )  # fmt: skip
         assembly.desks = Desks(self.threads)
         if compliance is not None:
@@ -263,6 +267,8 @@ class SceneRun:
             end = self.assembly.take_steps(self.dt, min(most, self._block), t)
         if end == NO_FRICTION:
             self._end_without_friction()
+        elif end == TOO_MANY:
+            self._end_of_large_impact()
         elif end != DONE:
             self.status = self.ends[end]
         else:
@@ -277,6 +283,16 @@ class SceneRun:
         self.spent = (
             f"the friction law of {first} and {second} is negative, or no number, at a speed that they slide with; "
             f"stopped at t = {self.now:.9g} s"
+        )
+        self.status, self.cause = Status.NOT_FINITE, InvalidInput(self.spent)
+
+    def _end_of_large_impact(self) -> None:
+        """End the run where a law of impact is that of more contacts than it is done for."""
+        body = self.names[int(self.assembly.network.j[int(self.assembly.progress.wanted)])]
+        law = ImpactLaw(self.world.surfaces.impact).name.lower()
+        self.spent = (
+            f"impact = {law!r} is for islands of up to {MOST_STRUCK} closed contacts, and {body} is of a larger one; "
+            f"impact='newton' has no such limit; stopped at t = {self.now:.9g} s"
         )
         self.status, self.cause = Status.NOT_FINITE, InvalidInput(self.spent)
 

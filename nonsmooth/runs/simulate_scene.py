@@ -31,7 +31,6 @@ def simulate_scene(scene: Scene, t_span: tuple[float, float] | None, integrator:
     if goes_by_system(method):
         solution = by_its_system(scene, t_span, method, integrator, asked)
     else:
-        require_no_rule(asked.selection)
         solution = by_steps(scene, t_span, method, asked)
         if why is not None:
             solution.about["chosen"] = why
@@ -49,8 +48,9 @@ def by_steps(scene: Scene, t_span: tuple[float, float], integrator: Integrator, 
         place = as_place(asked.checkpoint, asked.resume, asked.checkpoint_every)
         recorder = StreamingSceneRecorder(kinds, facts, place)
     run = kind_of_run(integrator)(
-        scene, t_span, integrator, asked.every, asked.t_eval, recorder, asked.project, functions, asked.threads
-    )
+        scene, t_span, integrator, asked.every, asked.t_eval, recorder, asked.project, functions, asked.threads,
+        asked.rule,
+    )  # fmt: skip
     with looked_at(run, asked.progress, asked.view) as hear:
         run.advance(asked.max_wall_time, hear, asked.max_steps)
     solution = run.solution()
@@ -93,7 +93,7 @@ def facts_of(
     """All that the bits of a run depend on."""
     stages = run.assembly.stages
     kernels = (stages.take, stages.find, *stages.others)
-    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, project)
+    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, project, run.selection)
 
 
 def goes_by_system(integrator: Any) -> bool:
@@ -122,12 +122,3 @@ def require_plain(q0: Any, u0: Any, state: Any) -> None:
     taken = [f"{name}=" for name, value in given.items() if value is not None]
     if taken:
         raise InvalidInput(f"a scene takes no {taken[0]}: its bodies have their start, and its contacts are found")
-
-
-def require_no_rule(selection: str) -> None:
-    """Raise `InvalidInput` where steps of scenes are to take another solution than they do."""
-    if selection != "compliant-limit":
-        raise InvalidInput(
-            "a scene takes no selection=: where few contacts have several solutions it takes that of compliant-limit; "
-            "scene.system() takes the other rules"
-        )

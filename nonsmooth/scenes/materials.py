@@ -35,8 +35,8 @@ class Material:
     name : str, optional
         By which ``Scene.pair`` finds it.
     impact : {"newton", "poisson", "energetic", "sequential"}, optional
-        What e is a ratio of, as of `Contact`; of two materials the one that is given. The step of scenes has Newton's
-        law; a scene of few contacts has the others by `EventDriven` and `Adaptive`, and as its ``system()``.
+        What e is a ratio of, as of `Contact`; of two materials the one that is given. What rebounds in a scene has one
+        law. Others than Newton's are for islands of few contacts, and in space for those without friction.
 
     Raises
     ------

@@ -184,7 +184,7 @@ def test_scene_with_a_joint_in_space_is_no_system(ask):
     "options, message",
     [
         ({"q0": [1.0]}, "a scene takes no q0="),
-        ({"selection": "lift-off"}, "a scene takes no selection="),
+        ({"selection": "lift-of"}, "no selection rule 'lift-of'; did you mean 'lift-off'"),
         ({"checkpoint": 3}, "checkpoint must be the path of a file; got 3"),
         ({"checkpoint": "a", "resume": "b"}, "checkpoint and resume must be the same path"),
         (

@@ -16,8 +16,9 @@ import numpy as np
 
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces
 from nonsmooth.integrators.assembly.doubtful import Doubts
 from nonsmooth.integrators.assembly.planar import move_planar
 from nonsmooth.integrators.assembly.progress import Progress
@@ -26,6 +27,7 @@ from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.shape_rows import Shapes
 
 # chosen: of the reach of a body: how far it is moved for differences of gaps: truncation (1e-3)^4, rounding 1e-16/1e-6
 GAP_INCREMENT = 1e-3
@@ -40,10 +42,13 @@ class SceneInStep(Protocol):
     found: Found
     network: Network
     contacts: Contacts
+    shapes: Shapes
+    surfaces: Surfaces
     doubts: Doubts
     progress: Progress
     stages: Any
     dim: int
+    selection: Selection
 
     @property
     def dense_core(self) -> Planar:

@@ -43,6 +43,7 @@ class Ledger(Block):
     work: Array[Floats, N_SCENE_LEDGER]
     before: Array[Floats, N_SCENE_LEDGER]  # at the beginning of the step
     landing: Array[Floats, N_SCENE_LEDGER]  # of the contacts of the step alone, after its free motion
+    rebound: Array[Floats, N_SCENE_LEDGER]  # and of their rebound
 
 
 @kernel
@@ -79,7 +80,9 @@ def is_of_step(contacts, network, c):
 
 @kernel
 def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
-    """Book what the impulses of a contact problem do, from the velocities before it to those after."""
+    """Book what the impulses of a contact problem do, from the velocities before it to those after; returns the sum of
+    the sizes of these works."""
+    size = 0.0
     for c in range(network.n_c):
         if acts(network, c):
             normal, friction, surface = book_contact(bodies, network, c, v_before, d, n)
@@ -88,6 +91,8 @@ def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
                 work[STEP_WORK] += normal
             work[FRICTION_WORK] += friction
             work[SURFACE_WORK] += surface
+            size += abs(normal) + abs(friction)
+    return size
 
 
 @kernel
@@ -157,14 +162,16 @@ def book_landing(bodies_at, contacts_at, network_at, ledger_at):
 
 @kernel("float64(int64, int64, int64, int64)")
 def book_impact(bodies_at, contacts_at, network_at, ledger_at):
-    """Book the impacts of a step; returns what the contacts gained in landing and rebounding [J]."""
+    """Book the impacts of a step; returns the sum of the sizes of their works [J]."""
     bodies, contacts = view(bodies_at, Bodies), view(contacts_at, Contacts)
     network, ledger = view(network_at, Network), view(ledger_at, Ledger)
     d = bodies.gravity.shape[0]
     n = 3 * (d - 1)
-    work, landing = ledger.work, ledger.landing
-    before = work[NORMAL_WORK] + work[FRICTION_WORK]
-    book_contacts(bodies, contacts, network, network.v_free, d, n, work, True)
+    for column in range(N_SCENE_LEDGER):
+        ledger.rebound[column] = 0.0
+    size = book_contacts(bodies, contacts, network, network.v_free, d, n, ledger.rebound, True)
+    for column in range(N_SCENE_LEDGER):
+        ledger.work[column] += ledger.rebound[column]
     add_impulses(contacts, network, d, False)
     finish(bodies, network, n)
-    return work[NORMAL_WORK] + work[FRICTION_WORK] - before + landing[NORMAL_WORK] + landing[FRICTION_WORK]
+    return size

@@ -45,6 +45,7 @@ class Surfaces(Block):
     has_laws: int  # whether there are such laws
     laws: Array[Floats, "n_l", "width"]  # of all pairs of materials, one row of n_m behind the other; where there are
     e: Array[Floats, "n_m", "n_m"]
+    impact: int  # the law of impact of all pairs of materials that rebound, an ``ImpactLaw``
     is_compliant: int  # then every contact has a spring and a damper in place of e
     stiffness: float  # [N/m]
     damping: float  # [N s/m]

@@ -176,7 +176,7 @@ def planar_problem(
     rows = np.stack((np.ones(len(mu), bool), has_friction), axis=1).ravel()
     kinds = np.stack((np.full(len(mu), UNILATERAL), has_friction.astype(int)), axis=1)
     problem = problem_of(kinds, G[np.ix_(rows, rows)], c[rows], mu, mu)
-    problem.laws[:, LAW_C], problem.selection = mu, int(Selection.COMPLIANT_LIMIT)
+    problem.laws[:, LAW_C], problem.selection = mu, int(assembly.selection)
     problem.mode[:], problem.slip[:] = before.mode, before.slip
     problem.previous_P[:] = assembly.network.P[contacts]
     return problem, rows
@@ -221,7 +221,7 @@ def examine_spatial(assembly: SceneInStep, contacts: np.ndarray, state: StatePro
     of = is_saddle if is_saddle.any() else np.ones(m, bool)
     if n_solutions == 0:
         return Verdict(contacts, before, INCONSISTENT, of, 0, 0)
-    ranks = [sum(rank_in_slide(mode, saddle) for mode, saddle in zip(modes, is_saddle, strict=True))
+    ranks = [sum(rank_in_slide(mode, saddle, assembly.selection) for mode, saddle in zip(modes, is_saddle, strict=True))
              for modes in tree.modes[: min(n_solutions, len(tree.modes)), :m]]  # fmt: skip
     la = tree.solutions[int(np.argmax(ranks)), :m]
     ways = np.einsum("ck,cak->ca", before.t, network.J_j[contacts][:, 1:, :3])
@@ -231,9 +231,9 @@ def examine_spatial(assembly: SceneInStep, contacts: np.ndarray, state: StatePro
     return Verdict(contacts, before, INDETERMINATE, of, int(n_solutions), bits)
 
 
-def rank_in_slide(mode: int, is_saddle: bool) -> int:
+def rank_in_slide(mode: int, is_saddle: bool, selection: Selection) -> int:
     """What a contact that slid adds to the rank of a solution in which it opens, or goes on."""
-    return int(rank_of_mode(FREE if mode == FREE else SLIDE_PLUS, is_saddle, False, False, Selection.COMPLIANT_LIMIT))
+    return int(rank_of_mode(FREE if mode == FREE else SLIDE_PLUS, is_saddle, False, False, selection))
 
 
 def load_dense_core(n: int, dim: int) -> Planar:

@@ -14,7 +14,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import rounded_sum
 
-GAIN_ROUNDINGS = 1000  # chosen: of the works booked so far, whose difference a gain is
+GAIN_ROUNDINGS = 1000  # chosen: of the works of a rebound, and of those booked so far
 GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved to a residual, not to rounding
 # chosen: [rad] of a turn in a step: normals and points are those of its beginning, and a turn of this angle misses them
 # by 0.5^2/2 of a reach
@@ -23,13 +23,15 @@ SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the 
 # chosen: factors of a problem, some 0.4 ms in space: after less no thread is thought of (contact/network/parallel.py)
 SHARED_FACTORS = 16
 # where a step goes on when there is room for what it found
-PREDICT, FIND, SOLVE, DRAW, REBOUND = range(5)
+PREDICT, FIND, SOLVE, DRAW, REBOUND, STRUCK = range(6)
 # how a run of steps comes back
 DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED, MORE_BOOKS = (
     range(11)
 )
 NEXT_PART = -1  # code: a part of a step is done, or is to be taken again, shorter
 NO_FRICTION = 11  # code: a law gives no coefficient at the speed that was met; ``wanted`` is the contact
+BY_LAW = 12  # code: an impact is to follow another law than Newton's (struck.py)
+TOO_MANY = 13  # code: and has more contacts than that is done for; ``wanted`` is one of them
 
 
 class Places(Block):
@@ -123,6 +125,7 @@ class Progress(Block):
     has_verdicts: int  # whether a paradox was found in one
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
+    has_impact_law: int  # whether impacts follow another law than Newton's
     has_laws: int  # whether friction varies with the slip
     speeds: int  # times that the coefficients of the step were taken at other velocities
     has_faces: int  # whether several shapes have plane faces, which may hide one another
@@ -200,7 +203,7 @@ def note_worst(residual, network, progress, d):
         if islands.residual[k] == residual:
             worst.row = worst_contact(network, k, d, 3 * (d - 1))
             worst.i, worst.j = network.i[worst.row], network.j[worst.row]
-            worst.step = progress.counts.steps - (1 if progress.stage == REBOUND and progress.left == 0.0 else 0)
+            worst.step = progress.counts.steps - (1 if progress.stage >= REBOUND and progress.left == 0.0 else 0)
             return
 
 
@@ -315,11 +318,14 @@ def leave_out(network, asleep, steps, progress):
 
 
 @kernel
-def note_gain(gain, ledger, progress):
-    """Note what the contacts gained in a step in which they rebounded."""
+def note_gain(size, ledger, progress):
+    """Note what the contacts gained in a step in which they rebounded, in landing and rebounding together; ``size`` is
+    that of the works of the rebound."""
+    landing, rebound = ledger.landing, ledger.rebound
+    gain = landing[NORMAL_WORK] + landing[FRICTION_WORK] + rebound[NORMAL_WORK] + rebound[FRICTION_WORK]
+    taken = abs(landing[NORMAL_WORK]) + abs(landing[FRICTION_WORK])
     booked = abs(ledger.work[NORMAL_WORK]) + abs(ledger.work[FRICTION_WORK])
-    taken = abs(ledger.landing[NORMAL_WORK]) + abs(ledger.landing[FRICTION_WORK])
-    if gain > GAIN * taken + rounded_sum(GAIN_ROUNDINGS, booked):
+    if gain > GAIN * taken + rounded_sum(GAIN_ROUNDINGS, booked + size):
         progress.counts.gains += 1
         progress.figures.gain = max(progress.figures.gain, gain)
 

@@ -41,6 +41,7 @@ from nonsmooth.integrators.assembly.joints import (
 from nonsmooth.integrators.assembly.pairs import Pairs, book_pairs, repeat_pairs
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
+    BY_LAW,
     DONE,
     DOUBTFUL,
     DRAW,
@@ -57,6 +58,7 @@ from nonsmooth.integrators.assembly.progress import (
     PREDICT,
     REBOUND,
     SOLVE,
+    STRUCK,
     TOGETHER,
     UNSOLVED,
     Progress,
@@ -167,14 +169,19 @@ def take_part(progress, d):
         move(progress, places, network, d)
         progress.stage = REBOUND if rebounds(progress, places, network, d) else PREDICT
     if progress.stage == REBOUND:
+        if progress.has_impact_law == 1:
+            progress.stage = STRUCK
+            return BY_LAW
         end = solve(progress, places, network, d)
         if end != DONE:
             return end
         progress.counts.limited += limit_rebounds(places.bodies, places.contacts, places.network, d)
-        gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
-        book_by_pairs(places, 1, False)
-        note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)
+        progress.stage = STRUCK
+    if progress.stage == STRUCK:
+        size = book_impact(places.bodies, places.contacts, places.network, places.ledger)
+        book_by_pairs(places, 1, False)
+        note_gain(size, view(places.ledger, Ledger), progress)
         progress.stage = PREDICT
     note_held(places.bodies, places.found, places.contacts, places.network)
     if progress.left > 0.0:
@@ -402,6 +409,7 @@ def rebounds(progress, places, network, d):
         return False
     hold(places, 1)
     prepare(places, d)
-    ask_rebounds(places.contacts, places.network)
+    if progress.has_impact_law == 0:
+        ask_rebounds(places.contacts, places.network)
     progress.counts.impacts += 1
     return True

@@ -12,6 +12,7 @@ from nonsmooth.contact.network.problem import Network, judge_planar, judge_spati
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_planar, solve_spatial
 from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
@@ -35,6 +36,7 @@ from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
+    BY_LAW,
     DOUBTFUL,
     EXAMINED,
     FIND,
@@ -43,15 +45,18 @@ from nonsmooth.integrators.assembly.progress import (
     PREDICT,
     REBOUND,
     TOGETHER,
+    TOO_MANY,
     Progress,
 )
 from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
+from nonsmooth.integrators.assembly.struck import strike_by_law
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.jit.blocks import Block, keep_rows, new
+from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import FIRST_JOINT, Found
@@ -169,6 +174,8 @@ class Assembly(InMotion):
         Weight of the new velocity in the places of islands without impacts.
     keeps_pairs : bool
         Whether what each pair of bodies exchanges is summed up (pairs.py).
+    selection : Selection
+        The rule where few contacts have several solutions.
     """
 
     handed, kept = PLACES, CARRIED
@@ -176,6 +183,7 @@ class Assembly(InMotion):
     def __init__(
         self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
         interior: int, is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
+        selection: Selection = Selection.COMPLIANT_LIMIT,
     ) -> None:  # fmt: skip
         self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
@@ -189,13 +197,14 @@ class Assembly(InMotion):
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
-        self.tol, self.sweeps, self.interior = tol, sweeps, interior
+        self.tol, self.sweeps, self.interior, self.selection = tol, sweeps, interior, selection
         bounded = (shapes.reach + shapes.radius)[np.isfinite(shapes.reach)]
         self.largest = float(bounded.max(initial=0.0))
         progress = self.progress
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
         progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
+        progress.has_impact_law = has_restitution and surfaces.impact != ImpactLaw.NEWTON
         progress.may_divide, progress.theta = may_divide, theta
         bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
@@ -229,7 +238,7 @@ class Assembly(InMotion):
         first = int(progress.counts.steps)
         while True:
             left = most - (int(progress.counts.steps) - first)
-            if progress.stage == REBOUND and progress.left == 0.0:
+            if progress.stage >= REBOUND and progress.left == 0.0:
                 left += 1  # the step is counted, and not at its end
             end = int(self.stages.take(progress.address, left))
             if self.verdicts and progress.stage == PREDICT:
@@ -246,6 +255,9 @@ class Assembly(InMotion):
                     self.unsolved = unsolved_problem(self.network)
             elif end == TOGETHER:
                 self._solve_together()
+            elif end == BY_LAW:
+                if not strike_by_law(self):
+                    return TOO_MANY
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from nonsmooth.checks.arrays import as_listed, as_vector, is_number, result_of
@@ -13,11 +15,13 @@ from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.jit import interpreted, unpack_of
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import (
+    IMPACT_LAWS,
     LAW_C,
     LAW_WIDTH,
     Coulomb,
     Friction,
     FrictionLaw,
+    ImpactLaw,
     as_law,
     law_row,
     static_coefficient,
@@ -25,6 +29,7 @@ from nonsmooth.mechanics.laws import (
 from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
 from nonsmooth.scenes.ranges import require_within
@@ -99,19 +104,24 @@ class World:
         listed = [known[key] for key in self.material_numbers]
         require_known_pairs(self.scene)
         moving = {id(body.material) for body in self.scene.bodies if body.kind is Kind.DYNAMIC}
+        bodies = Counter(id(body.material) for body in self.scene.bodies)
         laws: list[FrictionLaw] = []
+        pairs: list[tuple[Material, Material, float]] = []
         mu, e = np.zeros((2, len(listed), len(listed)))
         for a, first in enumerate(listed):
             for b, second in enumerate(listed):
                 touch = id(first) in moving or id(second) in moving
                 friction, e[a, b] = coefficients_of(self.scene, first, second) if touch else (0.0, 0.0)
                 laws.append(as_law(friction))
+                if touch and (a < b or (a == b and bodies[id(first)] > 1)):
+                    pairs.append((first, second, float(e[a, b])))
         has_laws = any(not isinstance(law, Coulomb) for law in laws)
         surfaces = new(Surfaces, n_s=len(materials), n_m=len(listed), n_l=len(laws) if has_laws else 0, width=LAW_WIDTH)
         surfaces.has_laws, surfaces.material[:], surfaces.e[:] = has_laws, materials, e
         rows = self._law_rows(laws)
         mu.flat[:] = [interpreted(static_coefficient)(rows, k) for k in range(len(rows))]
         surfaces.mu[:], surfaces.laws[:] = mu, rows[: len(surfaces.laws)]
+        surfaces.impact = int(law_of_impacts(pairs))
         return surfaces
 
     def _law_rows(self, laws: list[FrictionLaw]) -> np.ndarray:
@@ -217,6 +227,31 @@ class World:
             kinetic += 0.5 * spins.reshape(len(x), -1).sum(axis=-1)
         potential = -(mass[:, None] * x[..., :d] * self.scene.gravity).reshape(len(x), -1).sum(axis=-1)
         return {"kinetic": kinetic, "potential": potential}
+
+
+def law_of_impacts(pairs: list[tuple[Material, Material, float]]) -> ImpactLaw:
+    """The law of impact of all pairs of materials that may touch, with their e: those that rebound have one, and
+    coefficients that can be its own."""
+    rebounds = [(f"{a} and {b}", impact_of_pair(a, b) or "newton", e) for a, b, e in pairs if e > 0.0]
+    laws = {law: who for who, law, _ in rebounds}
+    if len(laws) > 1:
+        said = [f"{who} have {law!r}" for law, who in laws.items()]
+        raise InvalidInput(
+            f"the bodies of a scene rebound by one law of impact, and {said[0]}, {said[1]}; give their materials one"
+        )
+    law, of_e = next(iter(laws), "newton"), sorted({e for *_, e in pairs})
+    said_e = ", ".join(f"{e:g}" for e in of_e)
+    if law == "poisson" and len({e for *_, e in rebounds}) > 1:
+        raise InvalidInput(
+            f"impact = 'poisson' of a scene needs one e of all that rebound, with several they may gain energy; got "
+            f"{said_e}; impact='sequential' or 'energetic' takes several"
+        )
+    if law == "energetic" and of_e[0] == 0.0:
+        raise InvalidInput(
+            f"impact = 'energetic' of a scene needs e > 0 of all pairs of materials that may touch; got {said_e}; "
+            "impact='sequential' takes any"
+        )
+    return IMPACT_LAWS[law]
 
 
 def turned_back(quaternions: np.ndarray, v: np.ndarray) -> np.ndarray:
