@@ -171,3 +171,27 @@ def test_lines_of_markdown_fit_into_a_diff():
     assert not {str(page.relative_to(ROOT)): lines for page in pages() if (lines := long_lines(page.read_text()))}
     word, code = "a" * 60, f"`{'b c ' * 40}`"
     assert long_lines(f"{word} {word}\n- {code}\n{word} {code}\n| {code} |\n```\n{word} {word}\n```") == [1, 3]
+
+
+NAMED = re.compile(r"docs/([\w/]+\.md)((?:(?:, | and | to )\(\d+\))*)")  # a page, and the equations of it
+
+
+def test_equations_that_code_names_stand_on_their_pages():
+    missing = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for page, numbers in NAMED.findall(" ".join(path.read_text().split())):
+            written = (ROOT / "docs" / page).read_text()
+            missing += [(path.name, page, n) for n in re.findall(r"\d+", numbers) if f"\\tag{{{n}}}" not in written]
+    assert missing == []
+    assert NAMED.findall("docs/a.md, (2), (4) and (5).") == [("a.md", ", (2), (4) and (5)")]
+
+
+def test_a_theory_page_says_first_what_it_assumes():
+    pages = sorted({*(ROOT / "docs/theory").glob("*.md")} - {ROOT / "docs/theory/index.md"})
+    assert [page.name for page in pages if re.findall("^## (.*)", page.read_text(), re.M)[:1] != ["Assumes"]] == []
+
+
+def test_equations_of_a_page_are_numbered_in_their_order():
+    pages = [ROOT / "docs/penalty.md", *(ROOT / "docs/theory").glob("*.md")]
+    numbers = {page.name: [int(n) for n in re.findall(r"\\tag\{(\d+)\}", page.read_text())] for page in pages}
+    assert {name: found for name, found in numbers.items() if found != sorted(found)} == {}

@@ -6,6 +6,7 @@ by LU with partial pivoting on the equilibrated matrix and one step of iterative
 Pivoting methods find the set; their tableau has gathered the rounding of every pivot, this has not.
 
 Source: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, theorem 12.3.
+Equations: docs/theory/lcp.md, (6).
 """
 
 from __future__ import annotations

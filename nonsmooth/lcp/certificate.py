@@ -7,6 +7,7 @@ equilibrated problem; it counts only after A^T y and b.y have been computed here
 very sums. An LCP with feasible inequalities may lack solutions too; of that no certificate is known.
 
 Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992, theorem 2.7.8.
+Equations: docs/theory/lcp.md, (9).
 """
 
 from __future__ import annotations

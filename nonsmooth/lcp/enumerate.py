@@ -14,6 +14,7 @@ unlike units have each its own rounding.
 
 Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992, sections 1.3 and 4.1 (pivots);
 the pending rows and the pruning are ours.
+Equations: docs/theory/lcp.md, (10).
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ coefficients of that perturbation are the columns of w in the full tableau, all 
 The matrix is equilibrated first; with the entries near 1 the tolerances below are plain numbers.
 
 Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992, algorithms 4.4.5 and 4.9.2.
+Equations: docs/theory/lcp.md, (4) and (5).
 """
 
 from __future__ import annotations

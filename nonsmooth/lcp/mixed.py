@@ -12,6 +12,7 @@ The residual counts |w_i| in free rows and |min(d_i z_i, w_i)| in the others, bo
 
 Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992, sections 1.5 and 2.3; the
 choice of S is ours.
+Equations: docs/theory/lcp.md, (11).
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ that set's linear equations (one Newton step on min(z, w)) is tried at every ite
 
 Source: T. De Luca, F. Facchinei, C. Kanzow, A semismooth equation approach to the solution of nonlinear complementarity
 problems, Mathematical Programming 75 (1996) 407-439.
+Equations: docs/theory/lcp.md, (7).
 """
 
 from __future__ import annotations

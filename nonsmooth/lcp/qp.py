@@ -7,6 +7,7 @@ refused, not symmetrised. The unknowns are scaled to order 1 (R = E keeps the sy
 splitting solvers stop at their own tolerance, the active set they found is solved exactly where that is better.
 
 Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992, section 1.4.
+Equations: docs/theory/lcp.md, (8).
 """
 
 from __future__ import annotations

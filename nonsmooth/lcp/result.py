@@ -9,6 +9,7 @@ largest b holds nothing but rounding, as where mu la_N of an open contact is its
 rounding, and a wrong one is seen where its summands are above 1e-26 of the largest b. The measure has no unit and does
 not change when A, or b, or both are multiplied by a number. It is always computed from A, b and z alone: no solver's
 own statement of success is believed.
+Equations: docs/theory/lcp.md, (1) and (2).
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ R_i = max_j |A_ij|^-1/2 ..., after Ruiz, repeated: afterwards the largest entry 
 that pivot and tie tolerances are plain numbers.
 
 Source: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034.
+Equations: docs/theory/lcp.md, (3).
 """
 
 from __future__ import annotations

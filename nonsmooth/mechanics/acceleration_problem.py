@@ -5,6 +5,7 @@
 It is the problem of ``contact_problem`` with the state in place of the mid-point, a unit step and the rates of the rows
 in place of the velocities: a paradox is judged by the very problem that is integrated. Source: Glocker, *Set-Valued
 Force Laws* (2001), chapter 5.
+Equations: docs/theory/painleve.md, (1).
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ the ends of the step: where rows vary, c holds W_1 u, W_1 = W(q_0 + dt u_0), so 
 leaves it by O(dt^2) only and meets the very b = W M^-1 h + W' u + w' of the acceleration level. With theta = 1/2 and
 C = K = 0 this is Moreau's time stepping. Source: Jean,
 *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235.
+Equations: docs/theory/moreau_jean.md, (2), (4) and (5).
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ the law of impact says how far expansion goes:
 From gamma_N- = 0 with p_s = G_NN - s mu G_NF < 0 this is an *impact without collision*, with C_s = G_NN - G_NF^2/G_FF:
 gamma_N+ = 0 (Newton), e P_1 (C_s + |p_s|) (Poisson), e P_1 sqrt(|p_s| (C_s + |p_s|)) (energetic).
 Source: Stronge, *Impact Mechanics* (2000), chapter 4; Keller, *J. Appl. Mech.* 53 (1986) 1.
+Equations: docs/theory/painleve.md, (5) and (6).
 """
 
 from __future__ import annotations

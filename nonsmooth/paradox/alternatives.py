@@ -7,7 +7,7 @@ that divide an impact into compression and expansion are not defined; with Newto
     gamma+ = G P + gamma-,    P != 0
 
 the contact problem of the velocities, and each of its solutions is listed. What is struck is an island: those of
-several islands are any combination. Source: docs/theory/painleve.md.
+several islands are any combination. Source: docs/theory/painleve.md, (5) and (6).
 """
 
 from __future__ import annotations

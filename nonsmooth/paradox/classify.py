@@ -8,6 +8,7 @@ for the acceleration-level problem gamma' = G la + b of ``paradox.forces``. Cont
 each is decided for itself, and a solution of all is one of each. Source: Painlevé, *C. R. Acad. Sci. Paris*
 121 (1895) 112; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Champneys, Várkonyi, *IMA J. Appl. Math.* 81
 (2016) 538.
+Equations: docs/theory/painleve.md, (1) to (3).
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     p_s = G_NN - s mu G_NF < 0    needs    mu > G_NN/|G_NF|
 
 For the slender rod it is (1 + 3 cos^2 th)/(3 sin th cos th), least at arctan 2 with 4/3. Source: Génot, Brogliato,
-*Eur. J. Mech. A/Solids* 18 (1999) 653; docs/theory/painleve.md.
+*Eur. J. Mech. A/Solids* 18 (1999) 653; docs/theory/painleve.md, (3) and (4).
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ gives s^2 + rho c s + rho k = 0, which is stable iff
     x > 0    and    c^2/k > y^2/(x |rho|^2).
 
 (s^2 + alpha s + beta with complex coefficients is stable iff Re alpha > 0 and (Re alpha)^2 Re beta
-+ Re alpha Im alpha Im beta > (Im beta)^2.) Source: docs/theory/painleve.md; for one contact Champneys, Várkonyi,
-*IMA J. Appl. Math.* 81 (2016) 538.
++ Re alpha Im alpha Im beta > (Im beta)^2.) Source: docs/theory/painleve.md, (7) and (8); for one contact Champneys,
+Várkonyi, *IMA J. Appl. Math.* 81 (2016) 538.
 """
 
 from __future__ import annotations

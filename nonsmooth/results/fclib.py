@@ -9,6 +9,7 @@ p holds column and i row indices, although the header of the C library says the 
 
 Source: Acary, Bremond, Koziara and Perignon, FCLIB: a collection of discrete 3D Frictional Contact problems, INRIA
 RT-0444 (2014).
+Equations: docs/theory/contact_solvers.md, (7).
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ The matrix is regular where G is not, and mass ratios do not lengthen the path. 
 
 Source: Mehrotra, SIAM J. Optim. 2 (1992) 575-601 (predictor, corrector); for friction Acary, Armand, Nguyen and
 Shpakovych, Optim. Methods Softw. 39 (2024) 634-663, who freeze the sliding speeds (theta = 0).
+Equations: docs/theory/contact_solvers.md, (5).
 """
 
 from __future__ import annotations

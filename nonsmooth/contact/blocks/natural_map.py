@@ -7,6 +7,7 @@ with K = {|P_T| <= mu P_N} and rho_i the mean diagonal of G_ii. F = 0 is the inc
 
 Source: De Saxce and Feng, Math. Comput. Model. 28 (1998) 225-245; Acary, Bremond and Huber, in: Advanced Topics in
 Nonsmooth Dynamics (2018) 375-457.
+Equations: docs/theory/contact_solvers.md, (2).
 """
 
 from __future__ import annotations

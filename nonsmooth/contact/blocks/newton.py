@@ -16,6 +16,7 @@ shift by 1e-9 then selects one of the many impulses, once the modes are right.
 
 Source: Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375; the nonmonotone search is that of Grippo,
 Lampariello and Lucidi, SIAM J. Numer. Anal. 23 (1986) 707-716.
+Equations: docs/theory/contact_solvers.md, (4).
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ positive (semi)definite; it is bracketed, then found by Newton steps that fall b
 
 Source: Bonnefon and Daviet, Quartic formulation of Coulomb 3D frictional contact, INRIA RT-0400 (2011), whose quartic
 in alpha this root solves; the secular form of the equation is that of More and Sorensen (1983) for trust regions.
+Equations: docs/theory/contact_solvers.md, (3).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The front door:  find P with  gamma = G P + c  and  K* contains gamma + mu |gamma_T| e_N  _|_  P in K.
 
 Border checks, scaling, one solver by name or the ladder of "auto", and the natural map of the problem as it was given.
+Equations: docs/theory/contact_solvers.md, (1).
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ dP_N stands on both sides: K and D are divided by I + R D e_N e_N^T. A joint, wh
 K = D = JOINED_KAPPA rho: an augmented Lagrangian.
 
 Sources: those of ``blocks.interior``; for the shift Altman and Gondzio, Optim. Methods Softw. 11 (1999) 275-302.
+Equations: docs/theory/contact_solvers.md, (8).
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ does, found by bisection of the series. At given f_N the friction of contacts th
 quadratic function on the cones, which always exists: sweeps decide which of them hold. Sources: Liu, Zhao, Brogliato,
 *Proc. R. Soc. A* 464 (2008) 3193 and 465 (2009) 1; Stronge, *Impact Mechanics* (2000), section 3.4; Nguyen, Brogliato,
 *Multiple Impacts in Dissipative Granular Chains* (2014), chapter 4.
+Equations: docs/theory/moreau_jean.md, (10) and (11).
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ however large the impulses: a contact that is jammed has no solution with impuls
 
 Sources: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235; Oettli, Prager, *Numer. Math.* 6 (1964) 405; Higham,
 *Accuracy and Stability of Numerical Algorithms* (2002), sections 3.1 and 7.1.
+Equations: docs/theory/moreau_jean.md, (9).
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ impulses are followed to a thousandth, of friction to a thousandth of mu P_N: th
 sticks, and the friction may be used up. What is far below mu P_N is rounding in a stack whose top is much heavier.
 Order and step are those of least work for the length.
 Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.9.
+Equations: docs/theory/adaptive.md, (1) and (2).
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ a contact problem with R on the diagonal of G. It is stable for every k and dt w
 + R decides: a soft contact, or a short step, has one solution, a stiff one the paradox of rigid contact. As k -> inf
 it becomes the rigid step without restitution, with the whole gap fed back. Closed are the contacts whose gap would be
 lost by the end of the step. Source: Acary, Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008),
-section 10.1; docs/penalty.md.
+section 10.1; docs/penalty.md, (6).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The contact problem of one step: solve it, and follow the law of impact.
 
 One closed contact is solved in closed form, several by the ladder of contact/planar/ladder.py. Theory:
-docs/theory/moreau_jean.md.
+docs/theory/moreau_jean.md, (4).
 """
 
 from __future__ import annotations

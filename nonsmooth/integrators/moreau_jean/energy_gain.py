@@ -20,6 +20,7 @@ Friction alone may do work, P_F (gamma_F0 + gamma_F1)/2 > 0, although all togeth
 end for the whole impact, at which a slide that reverses was the other way before. That is counted apart.
 Source: Kane, Levinson, *Dynamics: Theory and Applications* (1985), section 4.13; Stronge, *Proc. R. Soc. A* 431 (1990)
 169.
+Equations: docs/theory/moreau_jean.md, (7) and (8).
 """
 
 from __future__ import annotations

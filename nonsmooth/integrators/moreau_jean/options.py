@@ -7,7 +7,7 @@
 Only contacts whose gap at the mid-point is closed take part. Given normal forces that read the velocities are taken at
 (u_0 + u_1)/2, by a second solution of the contact problem. With theta = 1/2 the step is of second order in smooth
 motion and of first order across impacts. Sources: Moreau (1988); Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999)
-235; the feedback of the gap and the passage through paradoxes: docs/theory/moreau_jean.md.
+235; the feedback of the gap and the passage through paradoxes: docs/theory/moreau_jean.md, (1) to (6).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """One step of Moreau–Jean time stepping: predict, solve the closed contacts, move, book.
 
-Equations: moreau_jean/options.py. The contact problem of a step is solved in moreau_jean/contact.py.
+Equations: docs/theory/moreau_jean.md, (1) to (3). The contact problem of a step is solved in moreau_jean/contact.py.
 """
 
 from __future__ import annotations

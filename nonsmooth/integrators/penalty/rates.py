@@ -15,7 +15,7 @@ leaves between v and W_N u is forgotten at the rate alpha. The normal force is a
 where redundant sticking contacts share their load with the least squares. The rates are smooth in each mode; the
 events that end a mode are those of penalty/switching.py. Trailing components are the impulses and the energy ledger:
 x = (q, u, z, v, P_N, P_F, works).
-Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md.
+Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md, (1) and (2).
 """
 
 from __future__ import annotations

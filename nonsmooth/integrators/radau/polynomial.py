@@ -8,6 +8,7 @@ acceleration says nothing of the motion within it; the polynomial would pass the
 and the collocation polynomial, of degree 3 through the stages, takes its place. It is of order 4 and damps as the
 method does. Each coordinate decides for itself. Impulses and works keep the collocation polynomial.
 Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6.
+Equations: docs/theory/event_driven.md, (3).
 """
 
 from __future__ import annotations

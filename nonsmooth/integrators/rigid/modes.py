@@ -16,7 +16,7 @@ make A singular: rigid/redundant.py. The forces and what ends a mode are in rigi
 event_driven/switching.py.
 
 Source: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), chapter 5;
-docs/theory/event_driven.md.
+docs/theory/event_driven.md, (1).
 """
 
 from __future__ import annotations
