@@ -11,6 +11,7 @@ The impulses of the step before are the start of the next solution, kept in the 
 whose normal has not turned, along their own: what rests has the same bits for ever. A contact goes on with that of its
 key; what is left of a pair of shapes goes on with the nearest one, since roundings may turn a vertex that lies on an
 edge into a crossing of edges: a stack whose boxes are alike would otherwise begin anew every other step.
+Equations: docs/theory/scenes.md, (1).
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ rest of the step. All are steps of the scheme, of their own lengths; the impulse
 Steps are divided in small scenes, where a body lands on one that impulses do not move, faster than ``FAST`` steps of
 gravity bring it to, and not so fast that it may turn another corner to what is thin. Two bodies that are both free keep
 their angular momentum to rounding in a step that is not divided.
+Equations: docs/theory/scenes.md, (3).
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ asked. Neither are islands with joints or compliant contacts, those of more than
 of more than FEW_TURNING where one may stop.
 
 Source: Lötstedt, *ZAMM* 61 (1981) 605; Robinson, *Math. Oper. Res.* 17 (1992) 691 (coherent orientation).
+Equations: docs/theory/scenes.md, (9).
 """
 
 from __future__ import annotations

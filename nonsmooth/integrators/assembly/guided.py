@@ -18,6 +18,7 @@ A contact that is open, or is met with a speed, closes by the way of the guided 
 velocity that a guided body gains in a step but not in the one before is a jump, and no acceleration: h is at most
 GAIN_GROWTH times that of the step before, or g dt (world.py), or a kick would throw what it meets by up to 2.5 times
 its speed.
+Equations: docs/theory/scenes.md, (5).
 """
 
 from __future__ import annotations

@@ -22,6 +22,7 @@ its energy at an impact, at a spin of 50/s and dt = 1 ms.
 
 The rows are those of the places after the step (landed.py): the impulses of both sides act at one point, and angular
 momentum is kept.
+Equations: docs/theory/scenes.md, (8).
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ second. What the points part in spite of that, dt^3 a step, is a drift that proj
 Joints are rows behind the contacts of a step, with keys above all of theirs, so that they go on with their impulses
 (contacts.py), sleep and wake (sleep.py) as contacts do. Contacts of two bodies that a joint holds are left out.
 Source: for the rows, Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), sections 3.3 and 9.4.
+Equations: docs/theory/scenes.md, (6).
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ found where its bodies are before the step (bodies.py) has c without the dt J' v
 lifting off and none: it is added here.
 
 Source: Lötstedt, *ZAMM* 61 (1981) 605; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
+Equations: docs/theory/scenes.md, (9).
 """
 
 from __future__ import annotations

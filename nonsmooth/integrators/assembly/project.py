@@ -9,6 +9,7 @@ without impacts is of second order, across impacts of first.
 Penetration: dt J_N w >= -share g_N, w the least motion in the mass metric, by a few sweeps of projected Gauss-Seidel;
 gaps that are held (held_closed.py) are drawn together by as much, where the others let them. Islands with joints have
 their motion from draw_together.py.
+Equations: docs/theory/scenes.md, (2).
 """
 
 from __future__ import annotations

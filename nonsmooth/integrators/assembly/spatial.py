@@ -14,6 +14,7 @@ iteration as a fixed point contracts by dt |omega|/2 times the ratio of the mome
 0.1 rad a step on. Where Newton's method finds no solution, in some steps of more than a radian, the body turns about L
 by the part of omega along it, which keeps both too. Source: Austin, Krishnaprasad and Wang, *J. Comput. Phys.* 107
 (1993) 105-117.
+Equations: docs/theory/scenes.md, (4).
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ A contact without an impulse before, of other features, or that ran farther over
 rows before. Nothing turns in an island in which a contact is about to land, for that moves by v_1, nor in a heap. A
 contact that was found at the beginning of its step, after a landing, approaches by what turned in that, which is no
 landing: up to ``slack`` its bodies are held from the next step on.
+Equations: docs/theory/scenes.md, (7).
 """
 
 from __future__ import annotations
