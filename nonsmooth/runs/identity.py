@@ -69,6 +69,7 @@ def facts_of_scene_run(
     bodies, d = world.bodies, world.dim
     inert = b"".join(column.tobytes() for column in (bodies.mass, bodies.moments, bodies.surface))
     motions = b"".join(body.name.encode() + _content(body.motion) for body in world.guided)
+    forces = b"".join(force.body.name.encode() + _content((force.value, force.at)) for force in world.scene.forces)
     return {
         "version": __version__,
         "scene": repr(world.scene),
@@ -78,6 +79,7 @@ def facts_of_scene_run(
         "code of": {
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
             "the motions of guided bodies": _hash(motions),
+            **({"the applied forces": _hash(forces)} if forces else {}),
         },
         "list of bodies": HASHED + _hash("\n".join(body.name for body in world.scene.bodies).encode()),
         "start": HASHED + _hash(bodies.motion.words.tobytes()),

@@ -31,6 +31,7 @@ from nonsmooth.results.recorded import EVENTS, PAIRS
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.stats import SceneStats
 from nonsmooth.results.summary import worst_place
+from nonsmooth.runs.applied_forces import AppliedForces
 from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.refused_scenes import require_taken
@@ -96,6 +97,7 @@ class SceneRun:
         self.recorder.require_room(self)
         if project:
             part_bodies(self.world)
+        self.forces = AppliedForces(self.world) if scene.forces else None
         self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
         self.n_touching = self.assembly.find_contacts()
@@ -128,7 +130,8 @@ class SceneRun:
             self.what_is_deep = SOFT
         assembly = Assembly(
             world.bodies, world.shapes, world.surfaces, world.joints, options.tol, options.sweeps,
-            options.interior, options.on_residual == "raise", options.may_sleep, self.integrator.theta,
+            options.interior, options.on_residual == "raise", options.may_sleep and not self.scene.forces,
+            self.integrator.theta,
             PAIRS in self.recorder.kinds, self.selection,
         )  # fmt: skip
         assembly.desks = Desks(self.threads)
@@ -243,10 +246,13 @@ class SceneRun:
         if progress is not None:
             self._show(progress)
 
-    def _guide(self) -> bool:
-        """Let guided bodies go where they are told; False where that is nowhere, which ends the run."""
+    def _ask_functions(self) -> bool:
+        """Let guided bodies go where they are told, and forces be those of the step; False where a function says
+        nothing that can be used, which ends the run."""
         try:
             self.world.guide(self.now, self.dt)
+            if self.forces is not None:
+                self.forces.update(self.now, self.dt)
         except InvalidInput as refusal:
             self.status, self.cause = Status.NOT_FINITE, refusal
             self.spent = f"{refusal}; stopped at t = {self.now:.9g} s"
@@ -256,8 +262,8 @@ class SceneRun:
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, running_time()
-        if self.world.guided:
-            if not self._guide():
+        if self.world.guided or (self.forces is not None and self.forces.changing):
+            if not self._ask_functions():
                 return
             most = 1
         for watch in self.watches:

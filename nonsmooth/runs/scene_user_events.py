@@ -91,11 +91,8 @@ class SceneWatch:
 
 def record_of(run: SceneRun) -> Record:
     """The bodies of a run at its present time."""
-    d, motion = run.scene.dim, run.world.bodies.motion
-    x, v = motion.x.copy(), motion.v.copy()
-    if d == 2:
-        return x[:, :2], x[:, 2], v[:, :2], v[:, 2]
-    return x[:, :3], run.world.turns(x[None, :, 3:])[0], v[:, :3], v[:, 3:]
+    motion = run.world.bodies.motion
+    return run.world.record(motion.x.copy(), motion.v.copy())
 
 
 def loaded_pairs(run: SceneRun) -> np.ndarray:

@@ -131,6 +131,10 @@ def _require_plain(scene: Scene) -> None:
             raise InvalidInput(f"{body.name} is guided, which no system of a scene in space holds; {CURE}")
         if isinstance(body.shape, HalfPlane) and np.any(body.spin):
             raise InvalidInput(f"{body.name} is a half-plane that turns, which no system of a scene holds; {CURE}")
+    if scene.forces:
+        raise InvalidInput(
+            f"a system of a scene holds no applied force, and {scene.forces[0].body.name} has one; {CURE}"
+        )
     if scene.joints and scene.dim != PLANAR:
         raise InvalidInput(f"{scene.joints[0].name} is a joint in space, which no system of a scene holds; {CURE}")
     if not moving_of(scene):

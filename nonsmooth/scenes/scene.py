@@ -117,6 +117,27 @@ class Joint:
         return f"Joint({self.name!r}, {self.a.name!r}, {self.b.name!r})"
 
 
+@dataclass(frozen=True, eq=False)
+class Force:
+    """What is applied to a body; `Scene.force` makes it.
+
+    Attributes
+    ----------
+    body : Body
+    value : (2,) or (3,) array, or callable
+        Force in the axes of the world [N], or a function f(t, bodies) of the force, or of (force, torque).
+    at : (2,) or (3,) array, or None
+        The point of the body at which it acts, where that is at the start [m]; None: the centre of mass.
+    """
+
+    body: Body
+    value: np.ndarray | Callable[..., Any]
+    at: np.ndarray | None
+
+    def __repr__(self) -> str:
+        return f"Force({self.body.name!r}, {getattr(self.value, '__name__', self.value)})"
+
+
 @dataclass(eq=False)
 class Scene:
     """Bodies that touch.
@@ -164,6 +185,7 @@ class Scene:
         self.built_from: dict[str, float] | None = None  # the numbers of what built it, by name
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
+        self.forces: list[Force] = []
         self.pairs: dict[frozenset[str], tuple[float | FrictionLaw | None, float | None]] = {}
         self._names: dict[str, int] = {}
 
@@ -302,6 +324,52 @@ class Scene:
         self.joints.append(joint)
         return joint
 
+    def force(self, body: Body | str, value: Any, *, at: ArrayLike | None = None) -> Force:
+        """Apply a force to a body, beside gravity and what touches it.
+
+        Parameters
+        ----------
+        body : Body or str
+            A dynamic body of this scene, or its name.
+        value : (2,) or (3,) array_like, or callable
+            In the axes of the world [N]: the same at all times, or a function f(t, bodies) that returns a force, or a
+            pair (force, torque) [N m]; ``bodies["box"]`` has ``position``, ``turn``, ``velocity`` and ``spin``, as of
+            `simulate`'s events. It is asked twice a step, for the middle of it; a torque in the plane is a number.
+        at : (2,) or (3,), optional
+            Where the force acts: a point that goes with the body, given where it is at the start [m]. The centre of
+            mass, if left out.
+
+        Returns
+        -------
+        Force
+
+        Raises
+        ------
+        InvalidInput
+            For a body that is not there or does not move by forces, and a value that is none.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, 0))
+        >>> scene.body(ns.Disc(0.1), mass=2.0, name="puck")
+        Body('puck', dynamic, Disc(radius=0.1))
+        >>> scene.force("puck", (4.0, 0.0))
+        Force('puck', [4. 0.])
+        >>> ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(0.01))["puck"].velocity[-1].round(12).tolist()
+        [2.0, 0.0]
+        """
+        owner = self._own("a force", body, "acts on")
+        if owner.kind is not Kind.DYNAMIC:
+            raise InvalidInput(f"a force acts on {owner.name}, which no force moves; it must be dynamic")
+        name = f"the force on {owner.name}"
+        if not callable(value):
+            value = require_within(name, as_vector(name, value, self.dim), "N")
+        place = None if at is None else require_within(f"at of {name}", as_vector(f"at of {name}", at, self.dim), "m")
+        force = Force(owner, value, place)
+        self.forces.append(force)
+        return force
+
     def pair(
         self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None
     ) -> None:  # fmt: skip
@@ -423,15 +491,15 @@ class Scene:
         self.bodies.append(body)
         return body
 
-    def _own(self, name: str, body: Any) -> Body:
+    def _own(self, name: str, body: Any, does: str = "joins") -> Body:
         """A body of this scene, from itself or its name."""
         if isinstance(body, Body):
             if body.index < len(self.bodies) and self.bodies[body.index] is body:
                 return body
-            raise InvalidInput(f"{name} joins {body.name}, a body of another scene")
+            raise InvalidInput(f"{name} {does} {body.name}, a body of another scene")
         if not isinstance(body, str) or body not in self._names:
             raise InvalidInput(
-                f"{name} joins {shown(body)}, which is no body of the scene; {nearest(body, self._names)}"
+                f"{name} {does} {shown(body)}, which is no body of the scene; {nearest(body, self._names)}"
             )
         return self.bodies[self._names[body]]
 

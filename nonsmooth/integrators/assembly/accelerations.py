@@ -92,11 +92,12 @@ class StateProblem:
         self.b = np.einsum("kbx,bx->k", J[:, 0], self._free_accelerations(v, moving)) + self.curvature
 
     def _free_accelerations(self, v: np.ndarray, moving: np.ndarray) -> np.ndarray:
-        """M^-1 h of some bodies: gravity, and what the inertia of a spatial one turns it by."""
+        """M^-1 h of some bodies: gravity, what is applied, and what the inertia of a spatial one turns it by."""
         bodies, network, d = self.assembly.bodies, self.assembly.network, self.assembly.dim
         M, M_inv = network.M[moving], network.M_inv[moving]
         rates = np.zeros((len(moving), v.shape[1]))
         rates[M_inv[:, 0, 0] > 0.0, :d] = bodies.gravity
+        rates += np.einsum("bxy,by->bx", M_inv, bodies.load[moving])
         if d == 3:
             spin = v[moving, 3:]
             turning = np.cross(spin, np.einsum("bxy,by->bx", M[:, 3:, 3:], spin))

@@ -12,8 +12,10 @@ how two bodies lie to one another must not depend on how fast both travel.
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Annotated as Array
 
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.scenes.detection import Motion
 
@@ -34,8 +36,20 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     moments: Array[Floats, "n_b", "moments"]  # of inertia about the principal axes [kg m^2]
     surface: Array[Floats, "n_b", "dim"]  # velocity of its surface, in its own axes [m/s]
     gravity: Array[Floats, "dim"]  # [m/s^2]
+    load: Array[Floats, "n_b", "n"]  # applied force and torque, in the axes of the world [N, N m]
+    kick: Array[Floats, "n_b", "moments"]  # in space: what that torque gives in the step [rad/s]
+    strongest: float  # the largest force of a mass [m/s^2]
     v_move: Array[Floats, "n_b", "n"]  # by which they moved in the step
     partner: Array[Ints, "n_b"]  # which other body gives it impulses, or that several do
     keeps: Array[Ints, "n_b"]  # whether it was pressed in the step before, in an island without an impact
     beside: Array[Floats, "n_b", "dim"]  # velocity of such bodies, in its island of the step before [m/s]
     shift: Array[Floats, "n_b", "n"]  # from x_0 to the place at which its contacts are looked for
+
+
+@kernel
+def fall_of(bodies, dt):
+    """g dt, what gravity gives in a step, and applied forces at most [m/s]."""
+    square = 0.0
+    for k in range(bodies.gravity.shape[0]):
+        square += bodies.gravity[k] * bodies.gravity[k]
+    return dt * (sqrt(square) + bodies.strongest)

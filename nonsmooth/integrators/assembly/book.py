@@ -96,18 +96,22 @@ def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
 
 
 @kernel
-def book_gravity(bodies, network, moves, dt, is_pushed, work):
-    """The work of gravity on the velocities, and on what the bodies were moved beside them."""
+def book_forces(bodies, network, moves, dt, is_pushed, work):
+    """The work of gravity and applied forces on the velocities, and on what the bodies were moved beside them."""
     for b in range(bodies.mass.shape[0]):
         if bodies.motion.moves[b] == 1:
             for k in range(bodies.gravity.shape[0]):
-                impulse = dt * bodies.mass[b] * bodies.gravity[k]
+                impulse = dt * (bodies.mass[b] * bodies.gravity[k] + bodies.load[b, k])
                 mean = 0.5 * (bodies.v_0[b, k] + network.v[b, k])
                 work[FORCE_WORK] += impulse * mean
                 aside = bodies.v_move[b, k] - mean
                 if is_pushed == 1:
                     aside += moves.push[b, k]
                 work[PROJECTION_WORK] += impulse * aside
+            d = bodies.gravity.shape[0]
+            for x in range(d, network.v.shape[1]):  # in space the spin turns within the step
+                mean = bodies.v_move[b, x] if d == 3 else 0.5 * (bodies.v_0[b, x] + network.v[b, x])
+                work[FORCE_WORK] += dt * bodies.load[b, x] * mean
 
 
 @kernel
@@ -135,7 +139,7 @@ def book(bodies, found, contacts, network, moves, ledger, dt, is_pushed):
     for column in range(N_SCENE_LEDGER):
         ledger.before[column] = ledger.work[column]
     book_contacts(bodies, contacts, network, bodies.v_0, d, n, ledger.work, False)
-    book_gravity(bodies, network, moves, dt, is_pushed, ledger.work)
+    book_forces(bodies, network, moves, dt, is_pushed, ledger.work)
     add_impulses(contacts, network, d, True)
     keep_impulses(bodies, found, network, d, contacts)
     finish(bodies, network, n)

@@ -27,9 +27,9 @@ import numpy as np
 
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
-from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.project import fall_of, normal_velocity, put_back
+from nonsmooth.integrators.assembly.project import normal_velocity, put_back
 from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel

@@ -19,12 +19,10 @@ held, and none where the tolerance is one for speed.
 
 from __future__ import annotations
 
-from math import sqrt
-
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import EXACT_BODIES, FINE, Solver, bodies_of
-from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import Found
@@ -42,10 +40,7 @@ def hold_closed(bodies_at, found_at, network_at, solver_at, dt, tight):
     network, solver = view(network_at, Network), view(solver_at, Solver)
     if solver.tol > FINE:
         return
-    fall = 0.0
-    for x in range(bodies.gravity.shape[0]):
-        fall += bodies.gravity[x] * bodies.gravity[x]
-    widest = max(tight, HELD_SHARE * dt * dt * sqrt(fall))
+    widest = max(tight, HELD_SHARE * dt * fall_of(bodies, dt))
     is_wide = False
     for k in range(network.islands.count):
         if bodies_of(network, k) > EXACT_BODIES:

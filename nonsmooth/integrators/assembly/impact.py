@@ -31,7 +31,7 @@ from math import sqrt
 
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
-from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.energy_limit import note_landing
 from nonsmooth.integrators.assembly.landed import go_on
@@ -59,11 +59,7 @@ def approach(gap, gamma_0, gamma_free, dt):
 def mark_impacts(bodies, found, contacts, network, dt, whole, n):
     """Mark the contacts that rebound, with gamma_minus and what their landing took along the normal; returns how many
     do."""
-    slowest = 0.0
-    for k in range(bodies.gravity.shape[0]):
-        slowest += bodies.gravity[k] * bodies.gravity[k]
-    slowest = whole * sqrt(slowest)
-    count = 0
+    slowest, count = fall_of(bodies, whole), 0
     for c in range(network.n_c):
         contacts.impact[c] = 0
         if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0:

@@ -1,6 +1,6 @@
 """Planar bodies in a step: their free motion, the rows of their contacts, and their places afterwards.
 
-v_free = v_0 + dt g,    J_j = +(n, arm_j x n),  J_i = -(n, arm_i x n),  the same with t = (-n_y, n_x)
+v_free = v_0 + dt (g + M^-1 h),    J_j = +(n, arm_j x n),  J_i = -(n, arm_i x n),  the same with t = (-n_y, n_x)
 """
 
 from __future__ import annotations
@@ -26,12 +26,14 @@ def predict_planar(bodies_at, dt):
 def predict_planar_body(bodies, b, dt):
     """The same of one body; one that is still stays where it is, whatever pulls."""
     v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
-    is_free = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0
+    is_free, load = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0, bodies.load
     for k in range(3):
         bodies.x_0[b, k] = bodies.motion.x[b, k]
     for k in range(3):
         v_0[b, k] = v[b, k]
-        gain = dt * g[k] if k < 2 and is_free else 0.0
+        gain = 0.0
+        if is_free:
+            gain = dt * (g[k] + load[b, k] / bodies.mass[b] if k < 2 else load[b, k] / bodies.moments[b, 0])
         v_free[b, k] = v[b, k] + gain
         v_mid[b, k] = v[b, k] + 0.5 * gain
     if bodies.motion.moves[b] == 0:

@@ -22,7 +22,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.solve import EXACT_BODIES, ROUNDED_OF_MANY, bodies_of
 from nonsmooth.integrators.assembly.beside import note_beside
-from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.guided import change_of_guides, has_guide, turn_of_guides
 from nonsmooth.integrators.assembly.held_closed import is_held
@@ -69,15 +69,6 @@ class Moves(Block):
     deep: Array[Ints, "n_b"]  # whether bodies of an island are pushed apart in it
     push: Array[Floats, "n_b", "n"]  # by which penetrations are taken back [m/s]
     la: Array[Floats, "m"]  # and what it takes
-
-
-@kernel
-def fall_of(bodies, dt):
-    """g dt, what gravity gives in a step [m/s]."""
-    square = 0.0
-    for k in range(bodies.gravity.shape[0]):
-        square += bodies.gravity[k] * bodies.gravity[k]
-    return dt * sqrt(square)
 
 
 @kernel

@@ -150,7 +150,7 @@ def predict_spatial_body(bodies, b, dt):
         bodies.x_0[b, k] = bodies.motion.x[b, k]
     for k in range(6):
         v_0[b, k] = v[b, k]
-        gain = dt * g[k] if k < 3 and is_free else 0.0
+        gain = dt * (g[k] + bodies.load[b, k] / bodies.mass[b]) if k < 3 and is_free else 0.0
         v_free[b, k] = v[b, k] + gain
         v_mid[b, k] = v[b, k] + 0.5 * gain
     if bodies.motion.moves[b] == 0:
@@ -164,6 +164,25 @@ def predict_spatial_body(bodies, b, dt):
         shift = bodies.shift
         shift[b, 3], shift[b, 4], shift[b, 5] = 0.5 * dt * m_0, 0.5 * dt * m_1, 0.5 * dt * m_2
     move_spatial(bodies, b, 1.0, bodies.shift)
+    if is_free:
+        kick_spin(bodies, b, dt)
+
+
+@kernel
+def kick_of(bodies, b, dt):
+    """I^-1 dt torque of body b at its present place."""
+    load, x = bodies.load, bodies.motion.x
+    p_0, p_1, p_2 = turn_back(x, b, dt * load[b, 3], dt * load[b, 4], dt * load[b, 5])
+    return turn_by(x, b, p_0 / bodies.moments[b, 0], p_1 / bodies.moments[b, 1], p_2 / bodies.moments[b, 2])
+
+
+@kernel
+def kick_spin(bodies, b, dt):
+    """Add what the applied torque gives to the free motion of body b, where its contacts are looked for."""
+    kick = bodies.kick
+    kick[b, 0], kick[b, 1], kick[b, 2] = kick_of(bodies, b, dt)
+    for k in range(3):
+        bodies.v_free[b, 3 + k] += kick[b, k]
 
 
 @kernel
@@ -179,13 +198,15 @@ def move_freely(bodies, b, v, dt, lands):
     if is_struck and is_kept == lands:
         turn_at_once(bodies, b, v, dt, 1.0 if lands else 0.5)
         return
-    rest = 0.5 * dt if is_kept else dt
-    m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, v[b, 3], v[b, 4], v[b, 5], rest)
+    rest, early = (0.5 * dt, 0.0) if is_kept else (dt, 0.5)  # of a torque on what turns freely: half acts at the end
+    k_0, k_1, k_2 = early * bodies.kick[b, 0], early * bodies.kick[b, 1], early * bodies.kick[b, 2]
+    m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, v[b, 3] - k_0, v[b, 4] - k_1, v[b, 5] - k_2, rest)
     move_spatial_by(bodies, b, (0.0, 0.0, 0.0), (rest * m_0, rest * m_1, rest * m_2))
+    k_0, k_1, k_2 = kick_of(bodies, b, early * dt)
     move[b, 3] = (shift[b, 3] + rest * m_0) / dt
     move[b, 4] = (shift[b, 4] + rest * m_1) / dt
     move[b, 5] = (shift[b, 5] + rest * m_2) / dt
-    bodies.spin[b, 0], bodies.spin[b, 1], bodies.spin[b, 2] = e_0, e_1, e_2
+    bodies.spin[b, 0], bodies.spin[b, 1], bodies.spin[b, 2] = e_0 + k_0, e_1 + k_1, e_2 + k_2
 
 
 @kernel
@@ -201,7 +222,7 @@ def turn_at_once(bodies, b, v, dt, weight):
     for k in range(3, 7):
         x[b, k] = bodies.x_0[b, k]
     for k in range(3, 6):
-        move[b, k] = weight * v[b, k] + (1.0 - weight) * free[b, k]
+        move[b, k] = weight * v[b, k] + (1.0 - weight) * (free[b, k] - bodies.kick[b, k - 3])
     move_spatial_by(bodies, b, (0.0, 0.0, 0.0), (dt * move[b, 3], dt * move[b, 4], dt * move[b, 5]))
     p_0, p_1, p_2 = turn_back(x, b, L_0, L_1, L_2)
     bodies.spin[b, 0], bodies.spin[b, 1], bodies.spin[b, 2] = turn_by(x, b, p_0 / I_0, p_1 / I_1, p_2 / I_2)

@@ -233,7 +233,9 @@ class Assembly(InMotion):
         progress = self.progress
         progress.whole, progress.threads = dt, self.desks.threads
         self.solver.approach = DRIVEN_IN[self.dim] * self.smallest / dt
-        progress.margin = max(MARGIN * self.gravity * dt * dt, WEIGHTLESS_MARGIN * self.largest)
+        progress.margin = max(
+            MARGIN * (self.gravity + float(self.bodies.strongest)) * dt * dt, WEIGHTLESS_MARGIN * self.largest
+        )
         progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:

@@ -23,9 +23,9 @@ from __future__ import annotations
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.beside import is_in_the_middle
-from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, NO_FALL, STILL, fall_of, is_of_few, normal_velocity
+from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, NO_FALL, STILL, is_of_few, normal_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import Found

@@ -208,6 +208,12 @@ class World:
         b = int(np.argmax(is_lost)) if is_lost.any() else int(np.argmax(np.abs(x[:, : self.dim]).max(axis=1)))
         return self.scene.bodies[b].name
 
+    def record(self, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Position, turn, velocity and spin of all bodies, of their places and velocities (n_b, ...)."""
+        if self.dim == PLANAR:
+            return x[:, :2], x[:, 2], v[:, :2], v[:, 2]
+        return x[:, :3], self.turns(x[None, :, 3:])[0], v[:, :3], v[:, 3:]
+
     def turns(self, quaternions: np.ndarray) -> np.ndarray:
         """The turns of the shapes (n_t, n_b, 4) from those of the principal axes."""
         return times(quaternions, conjugate(self.frames[:, 3:])[None])

@@ -1,0 +1,107 @@
+"""Applied forces in a step: what ``scene.force`` says, in the middle of the step.
+
+    h = h(t + dt/2, x_0 + dt/2 v_0, v_0 + dt/2 a_0),    a_0 = g + M^-1 h(t, x_0, v_0)
+
+the explicit mid-point rule, of second order; what impulses do within the step is not in it. A force at a point r from
+the centre of mass has the torque r x f. Constant forces on centres of mass are written once.
+
+Source: Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I* (1993), section II.1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_vector, result_of
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.integrators.assembly.accelerations import row_of
+from nonsmooth.integrators.assembly.apart import move
+from nonsmooth.integrators.assembly.world import World
+from nonsmooth.results.scene_bodies import SceneState
+from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of, rotate
+from nonsmooth.scenes.scene import Force
+from nonsmooth.scenes.shapes import SPATIAL
+
+
+class AppliedForces:
+    """The forces that are applied to the bodies of a world.
+
+    Parameters
+    ----------
+    world : World
+        At the start.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.world, self.dim, x = world, world.dim, world.bodies.motion.x
+        self.names = [body.name for body in world.scene.bodies]
+        self.steady = np.zeros_like(world.bodies.load)
+        self.changing: list[tuple[Force, np.ndarray | None]] = []
+        for force in world.scene.forces:
+            if callable(force.value) or force.at is not None:
+                self.changing.append((force, self._arm_of(force, x)))
+            else:
+                self.steady[force.body.index, : self.dim] += force.value
+        self._apply(self.steady)
+
+    def _arm_of(self, force: Force, x: np.ndarray) -> np.ndarray | None:
+        """Where a force acts, along the principal axes of its body."""
+        if force.at is None:
+            return None
+        return compose(inverse(x[force.body.index]), place_of(force.at, ORIGIN[self.dim][self.dim :]))[: self.dim]
+
+    def update(self, t: float, dt: float) -> None:
+        """Take the forces in the middle of a step from t to t + dt [s].
+
+        Raises
+        ------
+        InvalidInput
+            For a function that raises, or returns no force.
+        """
+        bodies = self.world.bodies
+        x, v = bodies.motion.x.copy(), bodies.motion.v.copy()
+        start = self._loads(t, x, v)
+        move(x, 0.5 * dt * v)
+        v[:, : self.dim] += 0.5 * dt * self._accelerations(start)
+        self._apply(self._loads(t + 0.5 * dt, x, v))
+
+    def _accelerations(self, load: np.ndarray) -> np.ndarray:
+        """Of the centres of mass (n_b, d), of bodies that move by forces."""
+        bodies = self.world.bodies
+        moves = (bodies.motion.moves == 1)[:, None]
+        mass = np.where(moves, bodies.mass[:, None], 1.0)
+        return np.where(moves, bodies.gravity + load[:, : self.dim] / mass, 0.0)
+
+    def _loads(self, t: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Forces and torques (n_b, n) at a time and a state."""
+        load, d = self.steady.copy(), self.dim
+        state = SceneState(t, self.names, self.world.scene, *self.world.record(x, v))
+        for force, arm in self.changing:
+            b = force.body.index
+            f, torque = self._value_of(force, t, state)
+            turn = x[b, d:] if d == SPATIAL else x[b, d]
+            load[b] += row_of(f, np.zeros(d) if arm is None else rotate(turn, arm))
+            load[b, d:] += torque
+        return load
+
+    def _value_of(self, force: Force, t: float, state: SceneState) -> tuple[np.ndarray, np.ndarray]:
+        """Force and torque that one says."""
+        none = np.zeros(2 * self.dim - 3)
+        if not callable(force.value):
+            return force.value, none
+        name = f"the force on {force.body.name} at t = {t:g} s"
+        said = result_of(name, force.value, t, state)
+        if isinstance(said, tuple | list) and len(said) == 2 and (self.dim == SPATIAL or np.ndim(said[0]) == 1):
+            f, torque = said
+            return as_vector(name, f, self.dim), as_vector(f"torque of {name}", np.atleast_1d(torque), len(none))
+        if np.shape(said) != (self.dim,):
+            raise InvalidInput(f"{name} must be {self.dim} numbers [N], or (force, torque); got {shown(said)}")
+        return as_vector(name, said, self.dim), none
+
+    def _apply(self, load: np.ndarray) -> None:
+        """Write what the next step has."""
+        bodies = self.world.bodies
+        bodies.load[:] = load
+        moves = bodies.motion.moves == 1
+        pull = np.linalg.norm(load[moves, : self.dim], axis=1) / bodies.mass[moves]
+        bodies.strongest = float(pull.max(initial=0.0))
