@@ -3,7 +3,7 @@
     d g_N/ds = W_N v + w_N                         along (t + s, q + s v)
     d(W_N v + w_N, W_F v + w_F)/ds = r             along (t + s, q + s v), r the row rates at u = v
     d h/ds = -K v, -C v                            along q + s v, u + s v
-    d V/ds = -h v                                  along q + s v, where all of h at rest has a potential
+    d V/ds = -h v                                  along q + s v, only where h does +dV/dq, and then a doubt
 
 where the coordinates go along B v if q' = B u. v has entries between 1/2 and 1 that are multiples of nothing, so that
 one line sees every entry. With the values f at s = -h, -h/2, 0, h/2, h
@@ -54,6 +54,7 @@ from nonsmooth.numerics.rounding import rounding_of_sum
 # chosen: in units of the coordinates, and of time; the first is 1.2e-4
 DIFFERENCE_STEPS = tuple(2.0**-k for k in (13, 23, 33, 43))
 PLACES_ON_LINE = (-1.0, -0.5, 0.0, 0.5, 1.0)  # chosen: on a line, in steps
+FAR_PLACES = (0.7, -1.9)  # chosen: of time and of the coordinates, where a force that only happens to be +dV/dq is not
 KINK_SAFETY = 8.0  # chosen: times the error that a kink can leave in D
 LINE_ROUNDINGS = 64  # derived: of the largest value along the line: a sum of some terms, times the 8/6 and 6 above
 TYPED = 1e-6  # chosen: of a derivative: a model may type pi with seven digits
@@ -278,20 +279,40 @@ def _jacobian(at: Place, K: np.ndarray, forces: Callable, words: tuple[str, str,
     return ""
 
 
-def _potential(at: Place) -> str:
-    """Only its sign: a force may have parts without a potential, but not be its gradient."""
-    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic_direction(at.system.n_u)
+def doubt_of_potential(system: System, t: float, q: np.ndarray, u: np.ndarray) -> str:
+    """Say that the forces at rest are +dV/dq at a state and at others far from it; empty where they are not.
+
+    It refuses nothing: where a force outside the potential is -2 dV/dq everywhere, as a lift of twice the weight, the
+    model is right, and nothing in h and V tells it from one whose sign was turned.
+    """
+    if not {FORCE, POTENTIAL} <= system.functions.keys():
+        return ""
+    v = generic_direction(system.n_u)
+    try:
+        with np.errstate(all="ignore"):
+            at = Place(system, t, q, u)
+            far = (Place(system, t + s, q + s * at.along(v), u) for s in FAR_PLACES)
+            if not all(_is_turned(place, v) for place in (at, *far)):
+                return ""
+            work = at.value(FORCE, u=np.zeros_like(u)) @ v
+    except Exception:  # a function raises here: whoever needs its value says so
+        return ""
+    return (
+        f"potential rises by {work:.9g} J for each unit along q = {_listed(v)}, which is the work of the force there, "
+        f"also far from this state (t = {t:.9g} s, q = {_listed(q)}): the sign of potential is wrong, since "
+        "h = -dV/dq, unless forces outside it are -2 dV/dq everywhere"
+    )
+
+
+def _is_turned(at: Place, v: np.ndarray) -> bool:
+    """Whether the forces at rest do the work +dV along v, and not -dV."""
+    h = at.value(FORCE, u=np.zeros_like(at.u))
     work, size = np.array([h @ v]), np.array([np.abs(h) @ v])
 
     def energies(h: float) -> Iterator[Values]:
         return at.by_place(POTENTIAL, h, at.along(v), 0.0)
 
-    if at.wrong(energies, -work, size) is None or at.wrong(energies, work, size) is not None:
-        return ""
-    return (
-        f"potential has the wrong sign: it rises by {work[0]:.9g} J for each unit along q = {_listed(v)}, which is the "
-        "work of the force there; the force is minus its gradient, h = -dV/dq"
-    )
+    return at.wrong(energies, -work, size) is not None and at.wrong(energies, work, size) is None
 
 
 def _mass(at: Place) -> str:
@@ -310,7 +331,6 @@ LOOKS: tuple[tuple[set[int], Callable[[Place], str]], ...] = (
     ({ROW_RATES}, _row_rates),
     ({STIFFNESS}, _stiffness),
     ({DAMPING}, _damping),
-    ({POTENTIAL}, _potential),
 )
 
 

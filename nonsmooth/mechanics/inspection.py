@@ -15,8 +15,8 @@ from collections import Counter
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.agreement import contradiction
+from nonsmooth.errors import InvalidInput, NonsmoothWarning, warn_caller
+from nonsmooth.mechanics.agreement import contradiction, doubt_of_potential
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.system import System
 from nonsmooth.mechanics.trial import require_manners, require_same_code, try_functions
@@ -57,6 +57,9 @@ def _inspect(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Mode
     said = found_contradiction(system, t, q, u, is_instant)
     if said:
         raise InvalidInput(said)
+    doubt = doubt_of_potential(system, t, q, u)
+    if doubt:
+        warn_caller(doubt, NonsmoothWarning)
 
 
 def found_contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray, is_instant: bool = False) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from nonsmooth.checks.arrays import as_flag, as_fraction, as_instance, as_listed, as_name, as_number, as_positive
-from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
+from nonsmooth.errors import InvalidInput, NonsmoothWarning, UnknownName, nearest, shown, warn_caller
 from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, Polynomial, Smoothed, StaticKinetic, Stribeck
 from nonsmooth.symbolic import coordinate
 from nonsmooth.symbolic.contact import TypedContact, declared_contact
@@ -307,10 +307,15 @@ class Lagrangian:
     # picture
 
     def line(self, *points: Any) -> None:
-        """A polyline through points of the plane at t = 0 [m], for pictures: of a body, or of what stands still."""
+        """A polyline through points of the plane [m], for pictures: of a body, or of what stands still.
+
+        Pictures know no time: points that move with it are drawn where they are at t = 0, and a warning says so.
+        """
         corners = [self.expressions.vector("a point of a line", point, "m") for point in points]
         if len(corners) < 2:
             raise InvalidInput(f"a line needs at least two points; got {len(corners)}")
+        if any(part.has(self.t) for corner in corners for part in corner):
+            warn_caller("points of a line move with time: pictures draw them where they are at t = 0", NonsmoothWarning)
         self.declared.lines.append(tuple((corner[0], corner[1]) for corner in corners))
 
     def complete(self) -> Declared:

@@ -24,7 +24,13 @@ from models import (
     Woodpecker,
 )
 from nonsmooth.mechanics import inspection
-from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, PLACES_ON_LINE, contradiction, wrong_entry
+from nonsmooth.mechanics.agreement import (
+    DIFFERENCE_STEPS,
+    PLACES_ON_LINE,
+    contradiction,
+    doubt_of_potential,
+    wrong_entry,
+)
 
 INTEGRATORS = [ns.MoreauJean(dt=1e-3), ns.Adaptive(), ns.EventDriven(), ns.Penalty(1e4, damping_ratio=0.1), "auto"]
 
@@ -141,7 +147,6 @@ CONTRADICTIONS = [
     ({"stiffness": transposed}, r"K\[1, 0\] = 0, where h\[1\] changes by 6 for each unit of q\[0\]"),
     (scaled("damping", -1.0), r"damping must be C = -dh/du: it writes C\[0, 0\] = -0.7.*leave damping out"),
     (scaled("damping", 0.0), r"C\[0, 0\] = 0, where h\[0\] changes by -0.7"),
-    (scaled("potential", -1.0), r"potential has the wrong sign: it rises by"),
     (scaled("tangent", -1.0), r"row_rates must be W_F' u \+ w_F'"),
 ]  # fmt: skip
 
@@ -155,6 +160,45 @@ def test_a_function_that_contradicts_another_is_refused_at_the_start_by_name_wit
 
 def test_a_model_whose_functions_agree_is_taken():
     assert contradiction(block(), 0.3, *map(np.array, START)) == ""
+
+
+def test_a_potential_of_the_wrong_sign_is_a_warning_with_the_work_of_the_force():
+    with pytest.warns(ns.NonsmoothWarning, match=r"rises by -15\.4966.*the sign of potential is wrong.*unless"):
+        inspection.inspect_start(block(**scaled("potential", -1.0)), 0.0, *map(np.array, START))
+    assert doubt_of_potential(block(), 0.0, *map(np.array, START)) == ""
+
+
+def test_a_force_that_happens_to_be_the_gradient_of_the_potential_is_taken_without_a_word():
+    """A spring k = 1 N/m pulls at x = 0.5 m with -0.5 N, and 1 N drives it at t = 0: the sum is +dV/dx there."""
+
+    def driven(t, q, u, p, h):
+        h[0] = -q[0] + math.cos(2.0 * t)
+
+    def pushed(t, q, u, p, h):
+        h[0] = -q[0] + 1.0
+
+    def energy(t, q, p, V):
+        V[0] = 0.5 * q[0] * q[0]
+
+    for force in (driven, pushed):
+        spring = ns.System(n_q=1, mass=lambda t, q, p, M: M.fill(1.0), force=force, potential=energy)
+        sol = ns.simulate(spring, (0, 0.1), [0.5], [0.0], integrator=ns.MoreauJean(dt=1e-2))
+        assert sol.status == ns.Status.FINISHED
+
+
+def test_a_lift_of_twice_the_weight_is_a_warning_and_runs():
+    """Nothing in h = 2 m g - m g and V = m g y tells that model from one whose sign was turned."""
+
+    def lifted(t, q, u, p, h):
+        h[0] = 2.0 * 9.81 - 9.81
+
+    def energy(t, q, p, V):
+        V[0] = 9.81 * q[0]
+
+    balloon = ns.System(n_q=1, mass=lambda t, q, p, M: M.fill(1.0), force=lifted, potential=energy)
+    with pytest.warns(ns.NonsmoothWarning, match="unless forces outside it are -2 dV/dq everywhere"):
+        sol = ns.simulate(balloon, (0, 1), [0.0], [0.0], integrator=ns.MoreauJean(dt=1e-2))
+    assert abs(sol.u[-1, 0] - 9.81) < 1e-12
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda integrator: str(integrator).split("(")[0])
@@ -329,4 +373,4 @@ def test_no_model_contradicts_itself_at_states_of_any_size(model):
     system, rng = model.system(), np.random.default_rng(5)
     for size in 10.0 ** rng.uniform(-9, 2, 40):
         q, u = size * rng.standard_normal((2, system.n_q))
-        assert contradiction(system, rng.uniform(-10, 10), q, u) == ""
+        assert contradiction(system, rng.uniform(-10, 10), q, u) == doubt_of_potential(system, 0.0, q, u) == ""

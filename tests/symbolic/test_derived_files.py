@@ -283,3 +283,14 @@ def test_a_law_that_reads_what_the_source_has_not_is_refused():
     exec("def mute(v):\n    return 0.3", scope)
     with pytest.raises(ns.InvalidInput, match=r"source of the friction law Friction\(mute\) cannot be read; write it"):
         slider(ns.Friction(scope["mute"]))
+
+
+def test_a_line_that_moves_with_time_is_drawn_at_its_beginning_and_a_warning_says_so():
+    l = ns.lagrangian("mass at a shaken wall")  # noqa: E741 - the letter of Lagrange, as users write it
+    x = l.coordinates("x", unit="m")
+    l.point_mass(1.0, at=(x, 0))
+    a, rate = l.parameters(a=(0.25, "m"), rate=(3.0, "1/s"))
+    wall = a * (1 + sp.sin(rate * l.t))
+    with pytest.warns(ns.NonsmoothWarning, match="move with time: pictures draw them where they are at t = 0"):
+        l.line((wall, 0), (wall, 1))
+    assert l.model().outline()[0].tolist() == [[0.25, 0.0], [0.25, 1.0]]
