@@ -135,6 +135,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_studies(commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY"))
     add_sweep(commands.add_parser("sweep", help="run a model at every combination of some axes"))
     add_completion(commands.add_parser("completion", help="print what a shell needs to complete words by Tab"), parser)
+    parser.describe()
     for _, command in parser.leaves():
         command.root = parser
     return parser

@@ -10,7 +10,7 @@ from nonsmooth.errors import InvalidInput
 
 BEGINNINGS = {  # name of a file beside this one: what it has
     "functions": "a block on a belt: mass, force, gap and friction as functions",
-    "energies": "a pendulum on a spring beside a wall, derived by SymPy",
+    "energies": "a pendulum on a spring next to a wall, derived by SymPy",
     "scene": "boxes that slide off a ramp: shapes whose contacts are found",
 }
 

@@ -87,6 +87,15 @@ class Parser(argparse.ArgumentParser):
                 for word, command in action.choices.items():
                     yield from command.leaves(f"{name} {word}".strip())
 
+    def describe(self) -> None:
+        """Begin the help of every command with what the list of the commands says of it."""
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                for listed in action._choices_actions:
+                    command, says = action.choices[listed.dest], listed.help or ""
+                    command.description = f"{says[:1].upper()}{says[1:]}."
+                    command.describe()
+
     def error(self, message: str) -> NoReturn:
         """One line that names the help, in place of the whole usage."""
         self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")

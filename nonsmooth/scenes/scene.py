@@ -325,7 +325,7 @@ class Scene:
         return joint
 
     def force(self, body: Body | str, value: Any, *, at: ArrayLike | None = None) -> Force:
-        """Apply a force to a body, beside gravity and what touches it.
+        """Apply a force to a body, in addition to gravity and what touches it.
 
         Parameters
         ----------
