@@ -171,8 +171,8 @@ def radius(places: Places, dt: float) -> float:
 
 
 CASES = {
-    "slope, µ = 0.3": slope_case(0.3),
-    "slope, µ = tan α": slope_case(0.5),
+    "slope, μ = 0.3": slope_case(0.3),
+    "slope, μ = tan α": slope_case(0.5),
     "backspin": Case(backspin, 4.0, returned, "speed [m/s]", "FBF 6.0 ms; MuJoCo -13.73 m/s, Kamino 17.1 ms"),
     "box at its limit": Case(
         sliding_box, 2.0, lambda places, dt: abs(places[2, 0, 0] - 16 / G), "way", "FBF 6.4 to 7.0 ms"

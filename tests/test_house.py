@@ -195,3 +195,12 @@ def test_equations_of_a_page_are_numbered_in_their_order():
     pages = [ROOT / "docs/penalty.md", *(ROOT / "docs/theory").glob("*.md")]
     numbers = {page.name: [int(n) for n in re.findall(r"\\tag\{(\d+)\}", page.read_text())] for page in pages}
     assert {name: found for name, found in numbers.items() if found != sorted(found)} == {}
+
+
+def test_the_friction_coefficient_is_a_greek_letter_and_the_sign_for_a_millionth_stands_before_units():
+    """Two characters look alike; a search for one does not find the other."""
+    millionth = re.compile("\u00b5(?![ms](?![a-zA-Z]))")
+    rooms = ("nonsmooth", "models", "docs/examples", "docs/figures", "benchmarks")
+    sources = [*pages(), *(path for room in rooms for path in (ROOT / room).rglob("*.py"))]
+    assert [str(path.relative_to(ROOT)) for path in sources if millionth.search(path.read_text(encoding="utf-8"))] == []
+    assert millionth.search("\u00b5mg") and not millionth.search("30 \u00b5m, 2 \u00b5s")

@@ -39,7 +39,7 @@ def test_a_scene_has_rows_at_three_steps_without_missed_ones_and_with_its_closed
 
 def test_a_scene_in_mujoco_falls_and_slides_as_ours():
     pytest.importorskip("mujoco")
-    case, dt = CASES["slope, µ = 0.3"], 1e-3
+    case, dt = CASES["slope, μ = 0.3"], 1e-3
     assert case.error(exact.mujoco(case, dt).places, dt) < 0.05  # of a way of 3.5 m
 
 

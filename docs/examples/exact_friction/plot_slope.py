@@ -2,7 +2,7 @@
 A cube on a slope: seven coefficients
 =====================================
 
-On a slope of tan α = 0.5 a cube slides where µ < 0.5 and stands where it is not, at the limit too. The
+On a slope of tan α = 0.5 a cube slides where μ < 0.5 and stands where it is not, at the limit too. The
 ways of 2 s are those of the closed form, at the step of a film (Song, Fan, Ascher, Pai 2026).
 """
 
@@ -28,6 +28,6 @@ axes.set(xlabel="friction coefficient [-]", ylabel="way in 2 s [m]")
 axes.legend()
 error = max(abs(way - exactly) for way, exactly in zip(ways, exact, strict=True))
 print(
-    f"largest error {error:.0e} m; creep at µ = tan α {ways[3]:.0e} m; "
+    f"largest error {error:.0e} m; creep at μ = tan α {ways[3]:.0e} m; "
     f"{sol.stats.missed} of {sol.stats.steps} steps missed"
 )

@@ -3,7 +3,7 @@ Kept on the turntable, or thrown off
 ====================================
 
 A box rides on a turning table. It stays exactly while the table's pull on it is within friction,
-Ω²R ≤ µg, and slips off outwards beyond (Song, Fan, Ascher, Pai 2026).
+Ω²R ≤ μg, and slips off outwards beyond (Song, Fan, Ascher, Pai 2026).
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +22,7 @@ for axes, (mu, Omega) in zip(panels, ((0.2, 2.0), (0.5, 2.0), (0.2, 5.0), (0.5, 
     x, y = sol["box"].position[:, :2].T
     axes.add_patch(plt.Circle((0, 0), 1, fill=False, ls="--", lw=0.8, ec="0.5"))
     axes.plot(x, y, lw=2)
-    axes.set(title=f"µ = {mu}, Ω = {Omega:.0f} rad/s", xlabel="x [m]", aspect="equal")
+    axes.set(title=f"μ = {mu}, Ω = {Omega:.0f} rad/s", xlabel="x [m]", aspect="equal")
     drift, stays = np.abs(np.hypot(x, y) - 1).max(), Omega**2 <= mu * 9.81
     right, creep = right + ((drift < 1e-3) == stays), max(creep, drift if stays else 0.0)
 panels[0].set(ylabel="y [m]", xlim=(-1.6, 1.6), ylim=(-1.2, 2.4))

@@ -19,7 +19,7 @@ figure, (above, below) = plt.subplots(2, 1, figsize=(7, 5), sharex=True, layout=
 for name in [name for name in sol if name.startswith("parcel")]:
     above.plot(sol.t, sol[name].velocity[:, 0], label=name)
 above.axvline(line.carried_at(), color="0.5", ls="--", lw=1)
-above.set(ylabel="speed along the belt [m/s]", title="dashed: v/(µg)")
+above.set(ylabel="speed along the belt [m/s]", title="dashed: v/(μg)")
 above.legend(ncols=2, loc="lower left")
 for name, words in (("surface", "put in by the belt"), ("friction", "friction"), ("kinetic", "kinetic energy")):
     below.plot(sol.t, sol.ledger[name], label=words)

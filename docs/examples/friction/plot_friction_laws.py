@@ -23,7 +23,7 @@ for name in ("cubic", "smoothed", "two-coefficient", "stribeck"):
     motions.plot(sol.t, sol["x"], label=name)
     sticks = sol.mode[1:, 0] == ns.ContactMode.STICK
     shares[name] = float(np.diff(sol.t)[sticks].sum() / sol.t[-1])
-laws.set(xlabel="sliding speed [m/s]", ylabel="µ [-]", ylim=(0, None))
+laws.set(xlabel="sliding speed [m/s]", ylabel="μ [-]", ylim=(0, None))
 laws.legend()
 motions.set(xlabel="t [s]", ylabel="x [m]", xlim=(0, 12))
 print("share of the time that it sticks:", ", ".join(f"{name} {share:.2f}" for name, share in shares.items()))

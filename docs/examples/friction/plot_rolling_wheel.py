@@ -2,7 +2,7 @@
 Does the wheel roll or slide?
 =============================
 
-A disc on an incline rolls where tan α ≤ 3µ, and slides while it spins up beyond. The two laws of its
+A disc on an incline rolls where tan α ≤ 3μ, and slides while it spins up beyond. The two laws of its
 acceleration meet at the limit.
 
 The player: ``nonsmooth run rolling-wheel --view``.
@@ -23,7 +23,7 @@ for alpha in angles:
 figure, axes = plt.subplots(figsize=(7, 3.6), layout="constrained")
 axes.plot(angles, [RollingWheel(alpha=alpha, mu=0.3).acceleration() for alpha in angles], label="closed form")
 axes.plot(angles, found, "o", ms=4, label="run")
-axes.axvline(np.arctan(3 * 0.3), color="0.5", ls="--", lw=1, label="tan α = 3µ")
+axes.axvline(np.arctan(3 * 0.3), color="0.5", ls="--", lw=1, label="tan α = 3μ")
 axes.set(xlabel="slope α [rad]", ylabel="acceleration [m/s²]")
 axes.legend()
 print(f"largest error of the acceleration {max(errors):.0e} m/s²; {sol.stats.missed} of {sol.stats.steps} steps missed")

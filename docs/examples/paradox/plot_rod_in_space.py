@@ -3,7 +3,7 @@ Painlevé's paradox in space
 ===========================
 
 A slender rod slides on its tip over a rough plane, not along its own direction. The further its slide turns
-aside, by φ, the smaller the range of angles without a solution: it ends where µ cos φ = 4/3.
+aside, by φ, the smaller the range of angles without a solution: it ends where μ cos φ = 4/3.
 """
 
 import matplotlib.pyplot as plt
@@ -36,6 +36,6 @@ figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 axes.pcolormesh(angles, turns, counts, cmap="RdYlBu", vmin=-0.5, vmax=1.5)
 axes.contour(angles, turns, p, levels=[0.0], colors="k")
 axes.axhline(np.arccos(4 / 3 / MU), color="0.3", ls="--", lw=1)
-axes.set(xlabel="elevation [rad]", ylabel="φ [rad]", title="red: no force; line: p = 0; dashed: µ cos φ = 4/3")
+axes.set(xlabel="elevation [rad]", ylabel="φ [rad]", title="red: no force; line: p = 0; dashed: μ cos φ = 4/3")
 wrong = int(((counts == 0) != (p < 0)).sum())
 print(f"{counts.size} states, {int((counts == 0).sum())} without a force, {wrong} against p < 0")

@@ -3,7 +3,7 @@ A rod that jams
 ===============
 
 A pivoted rod leans against a plane that moves towards its pivot. The contact force grows without bound
-towards the angle arctan(1/µ), beyond it there is none, and the run ends with a status that says so.
+towards the angle arctan(1/μ), beyond it there is none, and the run ends with a status that says so.
 
 The player: ``nonsmooth run self-locking-rod --view``.
 """

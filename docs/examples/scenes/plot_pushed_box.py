@@ -2,8 +2,8 @@
 A box is pushed, higher and higher
 ==================================
 
-A push at some height grows until the box slides, at µmg, or tips, at mgb/2h. Which it does is decided at the
-height b/2µ. The push is a force on a body: a function of time, at a point that goes with the box.
+A push at some height grows until the box slides, at μmg, or tips, at mgb/2h. Which it does is decided at the
+height b/2μ. The push is a force on a body: a function of time, at a point that goes with the box.
 """
 
 import matplotlib.pyplot as plt

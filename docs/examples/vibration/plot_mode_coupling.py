@@ -18,6 +18,6 @@ figure = path.plot()
 found = ns.flutter_boundary(ModeCoupling(), "mu", (0.4, 0.7))
 exact = ModeCoupling().critical_friction()
 print(
-    f"flutter above µ = {found.value:.9f}, "
+    f"flutter above μ = {found.value:.9f}, "
     f"by its closed form {exact:.9f} ({ModeCoupling().critical_friction_undamped()} undamped)"
 )

@@ -112,7 +112,7 @@ def body_of(body: scenes.Body, centre: np.ndarray, dim: int) -> Body:
 def words_of_material(material: Material) -> str:
     """Its name, or by which numbers it is told from others."""
     mu = f"{material.mu:g}" if isinstance(material.mu, float) else str(material.mu)
-    return material.name or f"µ = {mu}, e = {material.e:g}"
+    return material.name or f"μ = {mu}, e = {material.e:g}"
 
 
 def planar_shape(part: Part) -> Shape:

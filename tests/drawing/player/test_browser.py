@@ -725,7 +725,7 @@ def test_bodies_are_coloured_alike_by_body_by_material_or_by_speed(chromium, tmp
     legend = "document.getElementById('legend').innerText"
     assert "speed of the centre, 0 to 2 m/s" in page.ask(legend)
     page.do("player.colours = 'material'")
-    assert "rubber" in page.ask(legend) and "µ = 0.25, e = 0.5" in page.ask(legend)
+    assert "rubber" in page.ask(legend) and "μ = 0.25, e = 0.5" in page.ask(legend)
     page.do("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'k', bubbles: true}))")
     assert page.ask("player.colours") == "speed" and page.complaints() == []
 
