@@ -76,12 +76,32 @@ def transpose(U, L, at, n):
 @kernel
 def subtract_product(T, t, A, a, B, b, n):
     """T_t -= A_a B_b."""
+    if n == 6:
+        for x in range(0, 36, 6):
+            subtract_row(T, t, A, a, B, b, x)
+        return
     for x in range(n):
         for y in range(n):
             total = T[t, x * n + y]
             for z in range(n):
                 total -= A[a, x * n + z] * B[b, z * n + y]
             T[t, x * n + y] = total
+
+
+@kernel
+def subtract_row(T, t, A, a, B, b, x):
+    """The row of 6 x 6 blocks that begins at x, to the same bits: in registers, since T may be A or B as far as a
+    compiler knows. Measured: 7 Gflop/s, 4 without."""
+    t_0, t_1, t_2, t_3, t_4, t_5 = T[t, x], T[t, x + 1], T[t, x + 2], T[t, x + 3], T[t, x + 4], T[t, x + 5]
+    for z in range(6):
+        share, y = A[a, x + z], 6 * z
+        t_0 -= share * B[b, y]
+        t_1 -= share * B[b, y + 1]
+        t_2 -= share * B[b, y + 2]
+        t_3 -= share * B[b, y + 3]
+        t_4 -= share * B[b, y + 4]
+        t_5 -= share * B[b, y + 5]
+    T[t, x], T[t, x + 1], T[t, x + 2], T[t, x + 3], T[t, x + 4], T[t, x + 5] = t_0, t_1, t_2, t_3, t_4, t_5
 
 
 @kernel

@@ -11,28 +11,43 @@ impulses of the least residual are left.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
+from nonsmooth.contact.blocks.interior import CONE_STEP_PART
 from nonsmooth.contact.blocks.ladder import FAR, INSIDE, NEAR, OUTERMOST
 from nonsmooth.contact.network.al_newton import al_newton_planar, al_newton_spatial
-from nonsmooth.contact.network.interior import Inside, go_inside_planar, go_inside_spatial
+from nonsmooth.contact.network.interior import CENTRING, Inside, go_inside_planar, go_inside_spatial
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.jit.blocks import new
 
+
+class Start(NamedTuple):
+    """Where interior points begin, and how they go; fields as in ``Inside``."""
+
+    distance: float
+    shift: float
+    centring: float = CENTRING
+    part: float = CONE_STEP_PART
+    is_centred: bool = False
+
+
 # measured: distances, each with its shift of W^-2: of 204 islands of 100 to 300 discs that scenes left 177 are solved,
 # of 109 of some 300 spheres 106, and all of 20 of trains of dominoes; with 1e-6 everywhere 177, 106 and 16, with 1e-4
 # 158, 103 and 11, with 1e-8 173, 105 and 20, with 1e-12 175, 106 and 17
-STARTS = ((INSIDE, 1e-6), (NEAR, 1e-8), (FAR, 1e-7))
+STARTS = (Start(INSIDE, 1e-6), Start(NEAR, 1e-8), Start(FAR, 1e-7))
 # measured: and of few bodies: of 300 steps of a wall of 24 bricks that a ball knocks over 43 are missed with the starts
 # above, 34 with these too, in less time
-STARTS_OF_FEW = (*STARTS, (OUTERMOST, 1e-6), (INSIDE, 1e-9), (FAR, 1e-10))
+STARTS_OF_FEW = (*STARTS, Start(OUTERMOST, 1e-6), Start(INSIDE, 1e-9), Start(FAR, 1e-10))
 INSIDE_STEPS = 100  # measured: most take 15 to 40
 DIGITS_FACTORS = 100  # measured: with 25 a heap of discs is left at 2e-8 to 1e-6 in 4 of 100 islands more
 
 
 def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol: float,
-                starts: Sequence[tuple[float, float]] = STARTS) -> bool:  # fmt: skip
-    """Solve island k, whose residual is known, to a residual of tol, better by digits to ``digits_tol``.
+                starts: Sequence[Start] = STARTS,
+                most: tuple[int, int] = (INSIDE_STEPS, DIGITS_FACTORS)) -> bool:  # fmt: skip
+    """Solve island k, whose residual is known, to a residual of tol, better by digits to ``digits_tol``, with ``most``
+    steps and factors of the digits from each start.
 
     Impulses alone are left: velocities and residual are to be judged anew. False where there is no room for the
     factors, as many blocks as ``direct.desk.graph.wanted``; nothing is changed.
@@ -42,11 +57,11 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
     best, least = network.P[contacts].copy(), float(islands.residual[k])
     point = new(Inside, m=len(contacts))
     inside, digits = (go_inside_planar, al_newton_planar) if n == 3 else (go_inside_spatial, al_newton_spatial)
-    for point.start, point.shift in starts:
+    for point.start, point.shift, point.centring, point.part, point.is_centred in starts:
         network.P[contacts] = best
-        if not inside(network.address, direct.address, point.address, k, tol, INSIDE_STEPS):
+        if not inside(network.address, direct.address, point.address, k, tol, most[0]):
             return False
-        digits(network.address, direct.address, k, digits_tol, DIGITS_FACTORS)
+        digits(network.address, direct.address, k, digits_tol, most[1])
         if islands.residual[k] < least:
             best, least = network.P[contacts].copy(), float(islands.residual[k])
         if least <= tol:

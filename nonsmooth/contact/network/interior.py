@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from typing import Annotated as Array
 
-from nonsmooth.contact.blocks.interior import CONE_STEP_PART, INTERIOR_PATIENCE, SHORT_STEP, THETA_RISE
+from nonsmooth.contact.blocks.interior import INTERIOR_PATIENCE, SHORT_STEP, THETA_RISE
 from nonsmooth.contact.blocks.second_order_cone import (
     corrector_target,
     distance_to_boundary,
@@ -39,6 +39,7 @@ from nonsmooth.contact.network.problem import Network, contact_velocity, impulse
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 
+CENTRING = 3.0  # chosen: Mehrotra's exponent
 JOINED_KAPPA = 1e6  # chosen: of a joint: a step leaves a millionth of its velocity, and half of the digits
 
 
@@ -46,6 +47,9 @@ class Inside(Block):
     """The point of an island, by its contacts in their order, and a step from it."""
 
     start: float  # distance from the boundary of the cones that the steps begin at
+    is_centred: int  # whether they begin where x o y is start^2 e for all contacts
+    centring: float  # exponent of what the predictor leaves of x . y, for the part of it that the corrector aims at
+    part: float  # of the way to the boundary of the cones that a step goes at most
     shift: float  # of W^-2, in a step
     theta: float  # share of the derivative of |y_T|
     P_unit: Array[Floats, "m"]  # [N s]
@@ -93,8 +97,32 @@ def enter(network, point, k, d, n):
         if is_rough:
             x_1, x_2 = P_1 / point.P_unit[row], P_2 / point.P_unit[row]
             y_1, y_2 = gamma_1 / point.v_unit[row], gamma_2 / point.v_unit[row]
+        if point.is_centred == 1:
+            centre(
+                point, row, x_N - max(y_N, 0.0) - math.sqrt(y_1 * y_1 + y_2 * y_2), x_1 - y_1, x_2 - y_2, start * start
+            )
+            continue
         store(point.x, row, max(x_N, math.sqrt(x_1 * x_1 + x_2 * x_2)) + start, x_1, x_2)
         store(point.y, row, max(y_N, 0.0) + math.sqrt(y_1 * y_1 + y_2 * y_2) + start, y_1, y_2)
+
+
+@kernel
+def centre(point, row, z_N, z_1, z_2, tau):
+    """x and y of a row with x - y = z and x o y = tau e: as far from the boundary as those of any other row."""
+    z_T = math.sqrt(z_1 * z_1 + z_2 * z_2)
+    t_1, t_2 = (z_1 / z_T, z_2 / z_T) if z_T > 0.0 else (0.0, 0.0)
+    x_plus, y_plus = factors_of(tau, z_N + z_T)
+    x_minus, y_minus = factors_of(tau, z_N - z_T)
+    x_T, y_T = 0.5 * (x_plus - x_minus), 0.5 * (y_plus - y_minus)
+    store(point.x, row, 0.5 * (x_plus + x_minus), x_T * t_1, x_T * t_2)
+    store(point.y, row, 0.5 * (y_plus + y_minus), y_T * t_1, y_T * t_2)
+
+
+@kernel
+def factors_of(tau, difference):
+    """The positive numbers whose product is tau, of which the first is larger than the second by the difference."""
+    larger = 0.5 * (abs(difference) + math.sqrt(difference * difference + 4.0 * tau))
+    return (larger, tau / larger) if difference > 0.0 else (tau / larger, larger)
 
 
 @kernel
@@ -350,9 +378,9 @@ def advance(network, direct, point, k, d, n):
     find_step(network, direct, point, k, d, n)
     _, ahead = longest_step(network, point, k, 1.0)
     share = min(1.0, max(0.0, ahead / gap))
-    correct(network, point, k, share * share * share * gap)
+    correct(network, point, k, share**point.centring * gap)
     find_step(network, direct, point, k, d, n)
-    length, ahead = longest_step(network, point, k, CONE_STEP_PART)
+    length, ahead = longest_step(network, point, k, point.part)
     if not (length > 0.0 and ahead < math.inf):
         return False
     begin = islands.contact_start[k]

@@ -1,6 +1,7 @@
 """Islands that the ladder of ``solve`` did not bring to the tolerance: solvers that are dearer, and rarely in vain.
 
-    some bodies     interior points on the graph of the bodies (``from_inside``)
+    many bodies     interior points on the graph of the contacts that press (``pressed``)
+    some bodies     what these leave, on the graph of all contacts (``from_inside``)
     few contacts    what these leave, by `solve_contact`, with the Delassus matrix G = J M^-1 J^T of the island
 
 Some bodies of very unlike masses, that are met but not solved to rounding, come here too. That costs milliseconds, and
@@ -15,13 +16,15 @@ import numpy as np
 
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.eliminated import without_joints
-from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW, from_inside
+from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.patience import INTERIOR, note_outcome
+from nonsmooth.contact.network.pressed import contacts_of, solve_pressed, solve_whole
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
     EXACT_BODIES,
+    FEW_BODIES,
     FINE,
     SOLVED_TO_ROUNDING,
     Solver,
@@ -37,30 +40,29 @@ DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and i
 DENSE_RESTING_CONTACTS = 100
 ALIKE = 0.1  # chosen: part of a velocity by which others differ from it at rest, for what the step before has left
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
+FINE_OF_MANY = 1e-5  # chosen: a tolerance above it is one for speed where there are many bodies
 WORTH_IT = 0.1  # chosen: part of the residual above which it was in vain
 
 
-def rescue(network: Network, solver: Solver, tol: float) -> int:
-    """Try the islands that are not met; what is no better is put back. 0, or how many blocks of factors are wanted
-    where there is no room for them: called again with more room it goes on."""
+def rescue(network: Network, solver: Solver, tol: float) -> None:
+    """Try the islands that are not met; what is no better is put back."""
     islands = network.islands
     unmet = [int(k) for k in np.flatnonzero(islands.is_met[: islands.count] == 0)]
     few = {k for k in unmet if len(contacts_of(network, k)) <= most_contacts(network, k)}
     for k in unmet:
-        is_new = islands.rung[k] != BY_INTERIOR
-        if is_new and may_go_inside(network, solver, k, tol) and not go_inside(network, solver, k, tol):
-            return int(solver.direct.desk.graph.wanted)
+        if may_go_inside(network, solver, k, tol):
+            go_inside(network, solver, k, tol)
     for k in sorted(few):
         if not islands.residual[k] <= tol:
             solve_dense(network, k, tol)
     islands.is_met[unmet] = islands.residual[unmet] <= tol
-    return 0
 
 
 def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     """Whether island k is small enough, and the last ones were not in vain: of very unlike masses those may have been
     that were met, and few bodies are worth it."""
-    if solver.most_factors == 0 or bodies_of(network, k) > solver.most_inside:
+    most = solver.most_inside if tol <= FINE_OF_MANY else min(solver.most_inside, FEW_BODIES)
+    if solver.most_factors == 0 or bodies_of(network, k) > most:
         return False
     if bodies_of(network, k) <= EXACT_BODIES:
         return True
@@ -68,20 +70,17 @@ def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
     return bool(is_pressing or solver.patience.left[INTERIOR] == 0)
 
 
-def go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
-    """Interior points for island k; False where there is no room for their factors."""
-    islands, direct = network.islands, solver.direct
-    before, made = float(islands.residual[k]), int(direct.desk.factors)
+def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
+    """Interior points for island k."""
+    islands, before = network.islands, float(network.islands.residual[k])
     goal = min(tol, SOLVED_TO_ROUNDING) if tol <= FINE and are_very_unlike(network, k) else tol
-    starts = STARTS_OF_FEW if bodies_of(network, k) <= EXACT_BODIES else STARTS
-    if not from_inside(network, direct, k, goal, goal, starts):
-        return False
-    judge(network, k, tol)
+    islands.factors[k] += solve_pressed(network, k, goal)
+    if not islands.residual[k] <= goal and bodies_of(network, k) <= FEW_BODIES:
+        starts = STARTS_OF_FEW if bodies_of(network, k) <= EXACT_BODIES else STARTS
+        islands.factors[k] += solve_whole(network, k, goal, starts)
     islands.rung[k] = BY_INTERIOR
-    islands.factors[k] += int(direct.desk.factors) - made
     is_worth_it = islands.residual[k] <= max(goal, WORTH_IT * before)
     interpreted(note_outcome)(solver.patience, INTERIOR, is_worth_it, 0, 1)
-    return True
 
 
 def solve_dense(network: Network, k: int, tol: float) -> None:
@@ -112,12 +111,6 @@ def judge(network: Network, k: int, tol: float) -> None:
     """The residual of the impulses of island k, and whether it is within the tolerance."""
     (judge_planar if network.b.shape[1] == 2 else judge_spatial)(network.address)
     network.islands.is_met[k] = network.islands.residual[k] <= tol
-
-
-def contacts_of(network: Network, k: int) -> np.ndarray:
-    """The contacts of island k."""
-    islands = network.islands
-    return islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
 
 
 def most_contacts(network: Network, k: int) -> int:

@@ -20,7 +20,7 @@ import numpy as np
 
 from nonsmooth.contact.blocks.natural_map import natural_map_entry
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton_planar, al_newton_spatial, begin_direct
-from nonsmooth.contact.network.from_inside import STARTS, from_inside
+from nonsmooth.contact.network.from_inside import STARTS, Start, from_inside
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.jit.blocks import new
@@ -105,7 +105,7 @@ class Rounds:
 
         self._each_island(solve)
 
-    def go_inside(self, start: tuple[float, float]) -> None:
+    def go_inside(self, start: Start) -> None:
         """Interior points, from a distance and with a shift, for each island that the best impulses do not solve."""
         network = self.network
         (judge_planar if self.d == 2 else judge_spatial)(network.address)

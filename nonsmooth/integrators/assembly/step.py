@@ -267,10 +267,8 @@ class Assembly(InMotion):
                 return end
 
     def rescue(self) -> None:
-        """Try dearer solvers for the islands that are not met, with as much room for factors as they ask for."""
-        while wanted := rescue(self.network, self.solver, self.tol):
-            self.fill = int(ROOM * wanted)
-            self._make_solver()
+        """Try dearer solvers for the islands that are not met."""
+        rescue(self.network, self.solver, self.tol)
 
     @functools.cached_property
     def dense_core(self) -> Planar:

@@ -79,7 +79,7 @@ def test_sweeps_factors_and_elimination_agree(dim):
     rung = al_newton_planar if dim == 2 else al_newton_spatial
     assert rung(direct.address, solver.direct.address, 0, 1e-13, 200) == MET
     dense.islands.residual[0] = judge(dense)
-    assert rescue(dense, solver_of(dense), 1e-10) == 0
+    rescue(dense, solver_of(dense), 1e-10)
     assert dense.islands.is_met[0] == 1
     assert (direct.P[:2, 0] > 0.0).any()  # the floor bears some of it
     size = np.abs(direct.P).max()
