@@ -36,8 +36,8 @@ def regions(axes: Any) -> None:
     draw_motions(axes, motions)
     for place, text in {(0.69, -3.6): "1", (0.742, -2.2): "0", (1.0, -3.2): "2 solutions", (1.08, 3.3): "0"}.items():
         axes.text(*place, text, ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
-    axes.set_xlabel("th [rad]")
-    axes.set_ylabel("th' [rad/s]")
+    axes.set_xlabel("θ [rad]")
+    axes.set_ylabel("θ' [rad/s]")
     axes.set_title("a rod seized by its belt, over its paradox regions", fontsize=10)
 
 
@@ -55,7 +55,7 @@ def tower(axes: Any) -> None:
     draw_bodies(axes, sol, -1, extent)
     axes.set(xlim=(-1.6, 2.3), ylim=(-0.05, 2.5), aspect="equal")
     axes.set_axis_off()
-    axes.set_title("41 bodies, contact and friction to 1e-8", fontsize=10)
+    axes.set_title("41 bodies with friction, after a blow", fontsize=10)
 
 
 def work(axes: Any) -> None:

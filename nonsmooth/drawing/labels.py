@@ -33,6 +33,11 @@ def spelt(name: str) -> str:
     return LETTERS_OF.get(word, word) + index + ("'" if rate else "")
 
 
+def with_spelt_names(text: str) -> str:
+    """A text in which each name before an equals sign is spelt so."""
+    return re.sub(r"\w+(?= = )", lambda found: spelt(found[0]), text)
+
+
 def coordinate_label(name: str, unit: str) -> str:
     """A coordinate on an axis."""
     return with_unit(name, unit)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.drawing.colours import CYCLE, GREY, MARKERS, STYLES, WASHED
-from nonsmooth.drawing.labels import legend_above
+from nonsmooth.drawing.labels import legend_above, with_spelt_names
 from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, new_figure, save_figure, set_title
 
 if TYPE_CHECKING:
@@ -56,8 +56,8 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
     panels += [draw_cost] if "beside_wall_time" in study.data else []
     figure = new_figure(WIDTH, 0.4 + 3.0 * len(panels))
     about = study.data.attrs
-    held = str(about.get("parameters", "")).replace(" = ", "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}")
-    lines = [study.title, held, str(about.get("restitution", ""))]
+    held = with_spelt_names(str(about.get("parameters", ""))).replace(" = ", "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}")
+    lines = [study.title, held, with_spelt_names(str(about.get("restitution", "")))]
     set_title(figure, "\n".join(part for line in lines for part in broken(line, TITLE_LETTERS)))
     for panel, place in zip(panels, figure.subplots(len(panels), 1, squeeze=False)[:, 0], strict=True):
         panel(place, study)

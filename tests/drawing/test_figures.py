@@ -24,7 +24,7 @@ from nonsmooth.catalogue import load as load_model
 from nonsmooth.catalogue.entries import model_entries
 from nonsmooth.drawing.colours import CYCLE, ENERGIES, STRIPS
 from nonsmooth.drawing.forces import is_lonely, loads_of
-from nonsmooth.drawing.labels import spelt
+from nonsmooth.drawing.labels import spelt, with_spelt_names
 from nonsmooth.drawing.player.solution_film import film_of_solution
 from nonsmooth.drawing.plots import draw_strip, new_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, frames_of, periods_of, with_surroundings
@@ -446,6 +446,11 @@ def test_every_format_is_saved_at_its_size(ball, tmp_path, ending):
 ])  # fmt: skip
 def test_a_name_has_one_spelling_in_every_figure(typed, drawn):
     assert spelt(typed) == drawn == spelt(drawn)
+
+
+def test_names_within_a_title_are_spelt_so_and_its_words_are_not():
+    said = with_spelt_names("m = 2  mu = 1.3  th0 = 0.78; e_N = 1 (zeta = 0 chosen, not of mu)")
+    assert said == "m = 2  \u03bc = 1.3  \u03b80 = 0.78; e_N = 1 (\u03b6 = 0 chosen, not of mu)"
 
 
 def test_axes_titles_and_the_player_spell_a_name_alike(seizing_rod):
