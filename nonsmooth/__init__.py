@@ -38,6 +38,7 @@ _HOME = {
     "SceneContacts": "results.scene_contacts",
     "BodyMotion": "results.scene_bodies",
     "JointImpulses": "results.scene_bodies",
+    "SpringForces": "results.scene_bodies",
     "BodyState": "results.scene_bodies",
     "SceneEvent": "results.events",
     "SceneEvents": "results.events",

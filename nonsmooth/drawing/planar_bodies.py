@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.drawing.bodies import CIRCLE_PIECES, EDGE, FILL, places, polygon, reached
+from nonsmooth.drawing.spring_lines import COIL_WIDTH, coil, spring_lines
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, matrix_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
@@ -70,7 +71,12 @@ def draw_planar(axes: Any, solution: SceneSolution, record: int, extent: tuple[n
     for kind, polygons in outlines.items():
         collection = PolyCollection(polygons, facecolors=FILL[kind], edgecolors=EDGE, linewidths=0.8 / math.sqrt(many))
         axes.add_collection(collection)
-    axes.add_collection(LineCollection(spokes, colors=EDGE, linewidths=0.8 / math.sqrt(many)))
+    starts = spring_lines(solution, 0)
+    coils = [
+        coil(ends, COIL_WIDTH * float(np.linalg.norm(start[1] - start[0])))
+        for ends, start in zip(spring_lines(solution, record), starts, strict=True)
+    ]
+    axes.add_collection(LineCollection(spokes + coils, colors=EDGE, linewidths=0.8 / math.sqrt(many)))
 
 
 def half_plane(place: np.ndarray, extent: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from nonsmooth.drawing.bodies import CIRCLE_PIECES, EDGE, FILL, places, polygon, reached
 from nonsmooth.drawing.facets import facets_of, has_facets
+from nonsmooth.drawing.spring_lines import spring_lines
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, matrix_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
@@ -117,7 +118,7 @@ FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[np.ndarray, np.ndarray]) -> None:
     """Draw spatial bodies from the far ones to the near ones, and the ground where it is level."""
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import LineCollection, PolyCollection
 
     view = camera()
     for ground in grounds_seen(solution, record, view):
@@ -138,6 +139,8 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
                 polygons += seen_part(part.kind, corners, radius, base, view)
     polygons.sort(key=lambda entry: entry[0])
     many = max(1.0, len(solution.bodies) / 50)
+    springs = [ends @ view[:2].T for ends in spring_lines(solution, record)]
+    axes.add_collection(LineCollection(springs, colors=EDGE, linewidths=1.2 / math.sqrt(many)))
     axes.add_collection(
         PolyCollection(
             [outline for _, outline, _, _ in polygons], facecolors=[colour for _, _, colour, _ in polygons],

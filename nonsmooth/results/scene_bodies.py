@@ -108,3 +108,17 @@ class JointImpulses(NamedTuple):
 
     def _repr_html_(self) -> str:
         return view(Worded, "html")(self)
+
+
+class SpringForces(NamedTuple):
+    """A spring with its damper, at the records."""
+
+    t: np.ndarray  # (n_t,) [s]
+    length: np.ndarray  # (n_t,) [m]; of a torsion spring its angle [rad]
+    force: np.ndarray  # (n_t,) positive where it pulls [N]; of a torsion spring its torque on the first body [N m]
+
+    def __repr__(self) -> str:
+        return view(Worded, "repr")(self)
+
+    def _repr_html_(self) -> str:
+        return view(Worded, "html")(self)

@@ -18,7 +18,7 @@ from nonsmooth.checks.arrays import as_floats, as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.results.events import SceneEvents, SceneParadox, paradox_of
 from nonsmooth.results.recorded import CONTACTS, EVENTS, KINDS_OF_SCENE, LEDGER, PAIRS, index_of, not_recorded
-from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses, SceneState
+from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses, SceneState, SpringForces
 from nonsmooth.results.scene_contacts import ContactColumns, SceneContacts
 from nonsmooth.results.scene_motion import SceneMotion, struck_bodies
 from nonsmooth.results.scene_pairs import ScenePairs
@@ -282,6 +282,16 @@ class SceneSolution(RecordsOfScene):
         if name not in self.joint_names:
             raise InvalidInput(f"there is no joint {shown(name)}; {nearest(name, self.joint_names)}")
         return JointImpulses(self.t, self.joint_impulses[:, self.joint_names.index(name)])
+
+    def spring(self, name: str) -> SpringForces:
+        """Length and force of a spring at the records, by name.
+
+        Raises
+        ------
+        InvalidInput
+            For a spring that is not there, and of a run that was loaded without its scene.
+        """
+        return view(self, "spring")(self, name)
 
     def summary(self) -> str:
         """The run in a few lines: bodies, contacts, residual, penetration, energy, cost."""

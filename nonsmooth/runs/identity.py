@@ -85,6 +85,7 @@ def facts_of_scene_run(
         "start": HASHED + _hash(bodies.motion.words.tobytes()),
         "gravity": bodies.gravity[:d].tolist(),
         "geometry": HASHED + _hash(world.shapes.words.tobytes()),
+        **({"springs": HASHED + _hash(world.springs.words.tobytes())} if world.scene.springs else {}),
         **({"joints": HASHED + _hash(world.joints.words.tobytes())} if world.scene.joints else {}),
         "table of materials": HASHED + _hash(world.surfaces.words.tobytes()),
         "mass or surface of a body": HASHED + _hash(inert),

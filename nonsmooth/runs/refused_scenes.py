@@ -82,11 +82,11 @@ def refused_by_steps(run: SceneRun) -> Iterator[str]:
 def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
     """What `Penalty` does not take."""
     yield from refused_joints(run, "Penalty")
-    if run.scene.forces:
-        yield (
-            f"Penalty applies no forces but gravity, and the scene has one on {run.scene.forces[0].body.name}; take "
-            "MoreauJean(dt)"
-        )
+    for what, names in (
+        ("a force", [force.body.name for force in run.scene.forces]), ("a spring", [s.name for s in run.scene.springs]),
+    ):  # fmt: skip
+        if names:
+            yield f"Penalty takes gravity and contacts alone, and the scene has {what}, {names[0]}; take MoreauJean(dt)"
     if threads > 1:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "

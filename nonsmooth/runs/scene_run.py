@@ -129,7 +129,7 @@ class SceneRun:
             world.surfaces.stiffness, world.surfaces.damping = compliance.stiffness, compliance.damping
             self.what_is_deep = SOFT
         assembly = Assembly(
-            world.bodies, world.shapes, world.surfaces, world.joints, options.tol, options.sweeps,
+            world.bodies, world.shapes, world.surfaces, world.joints, world.springs, options.tol, options.sweeps,
             options.interior, options.on_residual == "raise", options.may_sleep and not self.scene.forces,
             self.integrator.theta,
             PAIRS in self.recorder.kinds, self.selection,

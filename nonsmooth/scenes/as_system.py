@@ -131,6 +131,8 @@ def _require_plain(scene: Scene) -> None:
             raise InvalidInput(f"{body.name} is guided, which no system of a scene in space holds; {CURE}")
         if isinstance(body.shape, HalfPlane) and np.any(body.spin):
             raise InvalidInput(f"{body.name} is a half-plane that turns, which no system of a scene holds; {CURE}")
+    if scene.springs:
+        raise InvalidInput(f"{scene.springs[0].name} is a spring, which no system of a scene holds; {CURE}")
     if scene.forces:
         raise InvalidInput(
             f"a system of a scene holds no applied force, and {scene.forces[0].body.name} has one; {CURE}"

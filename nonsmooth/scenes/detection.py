@@ -17,6 +17,7 @@ FEATURE_BITS = 19  # derived: of a key, what two shapes leave of 63
 LAST_FEATURE = (1 << FEATURE_BITS) - 1  # derived: the bits of a key that say what touches
 NO_SHAPE = (1 << SHAPE_BITS) - 1  # derived: the last number of a shape: in keys, that of joints
 FIRST_JOINT = NO_SHAPE << (SHAPE_BITS + FEATURE_BITS)  # derived: above the keys of all contacts
+FIRST_SPRING = (NO_SHAPE - 1) << (SHAPE_BITS + FEATURE_BITS)  # derived: and those of springs below the ones of joints
 # chosen: no line of an ordinary scene is across it: of two shapes alike the one that is farther back along it is asked
 # first
 ASKEW = (0.3183, 0.3679, 1.0)

@@ -23,6 +23,7 @@ from nonsmooth.checks.arrays import (
     as_floats,
     as_fraction,
     as_instance,
+    as_non_negative,
     as_number,
     as_positive,
     as_vector,
@@ -118,6 +119,37 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
+class Spring:
+    """A spring with a damper between two bodies; `Scene.spring` and `Scene.torsion_spring` make it.
+
+    Attributes
+    ----------
+    name : str
+    a, b : Body
+    at_a, at_b : (2,) or (3,) array, or None
+        Where its ends are at the start [m]; None: at the centres of mass.
+    stiffness, damping : float
+        [N/m], [N s/m]; of a torsion spring [N m/rad], [N m s/rad].
+    length : float or None
+        Without a force [m], of a torsion spring the angle of b against a [rad]; None: that at the start.
+    is_torsion : bool
+    """
+
+    name: str
+    a: Body
+    b: Body
+    at_a: np.ndarray | None
+    at_b: np.ndarray | None
+    stiffness: float
+    damping: float
+    length: float | None
+    is_torsion: bool = False
+
+    def __repr__(self) -> str:
+        return f"Spring({self.name!r}, {self.a.name!r}, {self.b.name!r}, {self.stiffness:g}, {self.damping:g})"
+
+
+@dataclass(frozen=True, eq=False)
 class Force:
     """What is applied to a body; `Scene.force` makes it.
 
@@ -186,6 +218,7 @@ class Scene:
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.forces: list[Force] = []
+        self.springs: list[Spring] = []
         self.pairs: dict[frozenset[str], tuple[float | FrictionLaw | None, float | None]] = {}
         self._names: dict[str, int] = {}
 
@@ -369,6 +402,108 @@ class Scene:
         force = Force(owner, value, place)
         self.forces.append(force)
         return force
+
+    def spring(
+        self, a: Body | str, b: Body | str, *, at_a: ArrayLike | None = None, at_b: ArrayLike | None = None,
+        stiffness: float = 0.0, damping: float = 0.0, length: float | None = None, name: str | None = None,
+    ) -> Spring:  # fmt: skip
+        """Put a spring with a damper between points of two bodies: it pulls with k (l - l_0) + c dl/dt along its line.
+
+        It is implicit in the step: the stiffest one needs no smaller step to stay stable, and one that is not resolved
+        loses no energy to that. The two bodies still touch.
+
+        Parameters
+        ----------
+        a, b : Body or str
+            Bodies of this scene, or their names; one of them may be fixed or kinematic.
+        at_a, at_b : (2,) or (3,), optional
+            The ends, points that go with their bodies, where they are at the start [m]; the centres of mass, if left
+            out.
+        stiffness, damping : float
+            k [N/m] and c [N s/m]; one of them must not be 0.
+        length : float, optional
+            l_0 [m]; that at the start, if left out. One of length 0 is k and c times the vectors between its ends.
+        name : str, optional
+            "spring 2" for the third if left out.
+
+        Returns
+        -------
+        Spring
+
+        Raises
+        ------
+        InvalidInput
+            For bodies that are not there, one and the same or not moved by forces, and numbers that are negative, or
+            both 0.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -10.0))
+        >>> hook = scene.fixed(ns.Disc(0.01), position=(0, 1), name="hook")
+        >>> bob = scene.body(ns.Disc(0.1), mass=2.0, name="bob")
+        >>> scene.spring("hook", "bob", stiffness=100.0, damping=40.0)
+        Spring('spring 0', 'hook', 'bob', 100, 40)
+        >>> rest = ns.simulate(scene, (0, 10), integrator=ns.MoreauJean(0.01))["bob"].position[-1]
+        >>> rest.round(9).tolist()  # m g/k below where it began
+        [0.0, -0.2]
+        """
+        return self._add_spring(a, b, at_a, at_b, stiffness, damping, length, name)
+
+    def torsion_spring(
+        self, a: Body | str, b: Body | str, *, stiffness: float = 0.0, damping: float = 0.0,
+        angle: float | None = None, name: str | None = None,
+    ) -> Spring:  # fmt: skip
+        """Put a torsion spring with a damper between two bodies of the plane: a torque k (phi - phi_0) + c dphi/dt.
+
+        phi is the angle of b against that of a. With a joint of the same bodies it is one of a hinge.
+
+        Parameters
+        ----------
+        a, b, name
+            As of `spring`.
+        stiffness, damping : float
+            k [N m/rad] and c [N m s/rad]; one of them must not be 0.
+        angle : float, optional
+            phi_0 [rad]; that at the start, if left out.
+
+        Returns
+        -------
+        Spring
+
+        Raises
+        ------
+        InvalidInput
+            As of `spring`, and in space, where bodies have no one angle.
+        """
+        if self.dim != PLANAR:
+            raise InvalidInput("a torsion spring is one of bodies in the plane; in space give two springs with arms")
+        return self._add_spring(a, b, None, None, stiffness, damping, angle, name, is_torsion=True)
+
+    def _add_spring(
+        self, a: Any, b: Any, at_a: Any, at_b: Any, stiffness: Any, damping: Any, length: Any, name: Any,
+        is_torsion: bool = False,
+    ) -> Spring:  # fmt: skip
+        """A spring, checked."""
+        name = f"spring {len(self.springs)}" if name is None else as_instance("name of a spring", name, str, "a text")
+        if any(spring.name == name for spring in self.springs):
+            raise InvalidInput(f"there is a spring {name!r} already; names of springs must differ")
+        first, second = (self._own(name, body) for body in (a, b))
+        if first is second:
+            raise InvalidInput(f"{name} joins {first.name} to itself; a spring is one of two bodies")
+        if Kind.DYNAMIC not in (first.kind, second.kind):
+            raise InvalidInput(f"{name} joins {first.name} and {second.name}, and no force moves either")
+        k = as_non_negative(f"stiffness of {name}", stiffness)
+        c = as_non_negative(f"damping of {name}", damping)
+        if k == c == 0.0:
+            raise InvalidInput(f"{name} needs stiffness= or damping=; got neither")
+        ends = [None if at is None else self._vector(f"at of {name}", at) for at in (at_a, at_b)]
+        if length is not None:
+            as_length = as_number if is_torsion else as_non_negative
+            length = as_length(f"{'angle' if is_torsion else 'length'} of {name}", length)
+        spring = Spring(name, first, second, ends[0], ends[1], k, c, length, is_torsion)
+        self.springs.append(spring)
+        return spring
 
     def pair(
         self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None

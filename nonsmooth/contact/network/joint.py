@@ -24,6 +24,12 @@ def is_joint(network, c):
 
 
 @kernel
+def is_contact(network, c):
+    """Whether row block c is where two bodies may touch, and none of a joint or a spring."""
+    return network.mu[c] >= 0.0 and network.sprung[c] == 0
+
+
+@kernel
 def acts(network, c):
     """Whether contact c has an impulse, or is a joint, which always may."""
     return network.P[c, 0] > 0.0 or network.mu[c] < 0.0

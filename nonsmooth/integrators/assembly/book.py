@@ -86,6 +86,9 @@ def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
     for c in range(network.n_c):
         if acts(network, c):
             normal, friction, surface = book_contact(bodies, network, c, v_before, d, n)
+            if network.sprung[c] == 1:
+                work[FORCE_WORK] += normal
+                continue
             work[NORMAL_WORK] += normal
             if not is_impact and is_of_step(contacts, network, c):
                 work[STEP_WORK] += normal

@@ -29,7 +29,7 @@ from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_SPRING, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
@@ -89,7 +89,7 @@ def write_law(shapes, surfaces, found, c, network):
     s_i, s_j = found.shape_i[c], found.shape_j[c]
     network.i[c], network.j[c] = shapes.body[s_i], shapes.body[s_j]
     a, b = surfaces.material[s_i], surfaces.material[s_j]
-    network.mu[c] = surfaces.mu[a, b]
+    network.mu[c], network.soft[c], network.sprung[c] = surfaces.mu[a, b], 0.0, 0
     return surfaces.e[a, b]
 
 
@@ -266,7 +266,7 @@ def find_sources_on_neighbours(shapes, bodies, found, n_c, contacts):
     list_before(contacts)
     moves = bodies.motion.moves
     for c in range(n_c):
-        if contacts.source[c] < 0 and found.key[c] < FIRST_JOINT:
+        if contacts.source[c] < 0 and found.key[c] < FIRST_SPRING:
             for side in range(2):
                 s = found.shape_i[c] if side == 0 else found.shape_j[c]
                 if contacts.source[c] < 0 and moves[shapes.body[s]] == 1:
@@ -279,7 +279,7 @@ def list_before(contacts):
     for s in range(contacts.left_of.shape[0]):
         contacts.left_of[s] = -1
     for at in range(contacts.n_before):
-        if contacts.key_before[at] < FIRST_JOINT:
+        if contacts.key_before[at] < FIRST_SPRING:
             for side in range(2):
                 s = shape_of_key(contacts.key_before[at], side)
                 contacts.left[at, side] = contacts.left_of[s]

@@ -25,7 +25,7 @@ from typing import Annotated as Array
 
 import numpy as np
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact, is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -34,7 +34,7 @@ from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FIRST_JOINT, Found
+from nonsmooth.scenes.detection import FIRST_JOINT, FIRST_SPRING, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 FAST = 4.0  # chosen: times g dt, the velocity of approach of a landing: what is slower loses less than the step does
@@ -97,7 +97,7 @@ def part_to_landing(bodies_at, shapes_at, found_at, contacts_at, network_at, dt,
 @kernel
 def is_on_the_ground(bodies, network, c):
     """Whether contact c is one with a body that impulses do not move."""
-    return not is_joint(network, c) and bodies.motion.moves[network.i[c]] != bodies.motion.moves[network.j[c]]
+    return is_contact(network, c) and bodies.motion.moves[network.i[c]] != bodies.motion.moves[network.j[c]]
 
 
 @kernel
@@ -220,7 +220,7 @@ def with_parts(rows: ContactRows, keys: np.ndarray, parts: Parts) -> tuple[Conta
     is_last = np.append(keys, NO_KEY)[at] == key
     own = rows.own.copy()
     own[at[is_last]] += np.einsum("crk,ck->cr", rows.frame[at[is_last]], P[is_last])
-    left = order[~is_last & (key < FIRST_JOINT)]
+    left = order[~is_last & (key < FIRST_SPRING)]
     columns = {name: getattr(parts, name)[left] for name in ContactRows._fields if name != "own"}
     others = ContactRows(**columns, own=np.einsum("crk,ck->cr", parts.frame[left], parts.P[left]))
     keys = np.concatenate((keys, parts.key[left]))

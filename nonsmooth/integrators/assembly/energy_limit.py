@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import book_contact
@@ -49,7 +49,7 @@ def share_of_rebound(bodies, contacts, network, k, d, n):
         last += work_of(bodies, network, c, network.v, d, n)
         given_back += contacts.e[c] * contacts.e[c] * contacts.lost[c]
         is_hit = network.P[c, 0] != 0.0 or contacts.lost[c] != 0.0
-        hits += 1 if is_hit and not is_joint(network, c) else 0
+        hits += 1 if is_hit and is_contact(network, c) else 0
     given_back, first = max(0.0, given_back), 2.0 * work - last
     if hits < 2 or work <= given_back:
         return 1.0

@@ -19,7 +19,7 @@ held, and none where the tolerance is one for speed.
 
 from __future__ import annotations
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import EXACT_BODIES, FINE, Solver, bodies_of
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
@@ -87,11 +87,11 @@ def largest_gap(found, network, k, widest):
 @kernel
 def may_be_held(found, network, c, widest):
     """Whether contact c is pressed over a gap no wider than this."""
-    is_rigid = network.soft[c] == 0.0 and not is_joint(network, c)
+    is_rigid = network.soft[c] == 0.0 and is_contact(network, c)
     return is_rigid and network.P[c, 0] > 0.0 and 0.0 < found.gap[c] <= widest
 
 
 @kernel
 def is_held(found, network, c):
     """Whether the gap of contact c is held: open, and not asked to close."""
-    return found.gap[c] > 0.0 and network.b[c, 0] == network.turn[c, 0]
+    return found.gap[c] > 0.0 and network.b[c, 0] == network.turn[c, 0] and is_contact(network, c)

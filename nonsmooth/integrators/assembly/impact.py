@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -85,7 +85,7 @@ def write_impact(bodies, shapes, found, contacts, network, dt, d):
         gamma, _ = normal_velocity(network, c, bodies.v_free, n)
         far = max(far, NOT_MET_YET * abs(gamma))
     for c in range(network.n_c):
-        if not is_joint(network, c):
+        if is_contact(network, c):
             go_on(bodies, shapes, found, network, c, dt, d)
         if found.gap[c] <= 0.0 or network.P[c, 0] > 0.0:
             network.b[c, 0] = 0.0

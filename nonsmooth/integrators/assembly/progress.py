@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact
 from nonsmooth.contact.network.patience import FACTORS, MANY_FACTORS
 from nonsmooth.contact.network.problem import worst_contact
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_INTERIOR, BY_START, BY_SWEEPS, Solver
@@ -56,6 +56,7 @@ class Places(Block):
     pairs: int
     links: int
     parts: int
+    springs: int
 
 
 class Counts(Block):
@@ -238,7 +239,7 @@ def note_turns(bodies, shapes, network, dt, progress):
 def is_touched(network, b):
     """Whether an impulse of a contact acts on a body."""
     for c in range(network.n_c):
-        if network.P[c, 0] > 0.0 and not is_joint(network, c) and (network.i[c] == b or network.j[c] == b):
+        if network.P[c, 0] > 0.0 and is_contact(network, c) and (network.i[c] == b or network.j[c] == b):
             return True
     return False
 

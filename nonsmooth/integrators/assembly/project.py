@@ -17,7 +17,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import acts, is_joint
+from nonsmooth.contact.network.joint import acts, is_contact, is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.solve import EXACT_BODIES, ROUNDED_OF_MANY, bodies_of
@@ -149,7 +149,7 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
     for k in range(islands.count):
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
             c = islands.contacts[at]
-            if is_joint(network, c):
+            if not is_contact(network, c):
                 continue
             before, size = normal_velocity(network, c, bodies.v_0, n)
             after, _ = normal_velocity(network, c, network.v, n)

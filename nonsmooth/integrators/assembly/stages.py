@@ -78,6 +78,7 @@ from nonsmooth.integrators.assembly.progress import (
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
 from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
+from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, add_springs, write_springs
 from nonsmooth.integrators.assembly.together import note_together
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import kernel
@@ -237,7 +238,7 @@ def find(progress, places, network, d):
         write_contacts_spatial(
             places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
         )
-    hold(places, 0)
+    hold(places, 0, dt)
     prepare(places, d)
     if progress.divisions > 0:
         ask_of_landings(places.bodies, places.found, places.network, dt, progress.whole, progress.lets_in)
@@ -250,8 +251,10 @@ def find(progress, places, network, d):
 
 
 @kernel
-def hold(places, is_impact):
-    """The rows of the joints, of a step or of its impact."""
+def hold(places, is_impact, dt):
+    """The rows of springs and joints, of a step or of its impact."""
+    if view(places.springs, Springs).count > 0:
+        write_springs(places.springs, places.bodies, places.found, places.contacts, places.network, is_impact, dt)
     if view(places.joints, Joints).count > 0:
         write_joints(places.joints, places.bodies, places.found, places.contacts, places.network, is_impact)
 
@@ -261,6 +264,8 @@ def find_among_awake(progress, places, network, d):
     """The contacts of what is awake, and of what they wake."""
     bodies, shapes, found = view(places.bodies, Bodies), view(places.shapes, Shapes), view(places.found, Found)
     contacts, asleep, joints = view(places.contacts, Contacts), view(places.asleep, Asleep), view(places.joints, Joints)
+    springs = view(places.springs, Springs)
+    others = joints.count + SIDES * springs.count
     dt, margin, is_woken = progress.dt, margin_of(progress, bodies), True
     while is_woken:
         if d == 2:
@@ -272,14 +277,17 @@ def find_among_awake(progress, places, network, d):
         if n < 0:
             progress.wanted = -n
             return MORE_PAIRS
-        if n + joints.count + asleep.n_c > found.gap.shape[0]:
-            progress.wanted = n + joints.count + asleep.n_c
+        if n + others + asleep.n_c > found.gap.shape[0]:
+            progress.wanted = n + others + asleep.n_c
             return MORE_CONTACTS
         if progress.has_faces == 1:
             n = leave_out_hidden(places.shapes, places.motion, places.joints, places.links, places.found, n)
         if joints.count > 0:
-            left = leave_out_joined(places.joints, places.shapes, places.found, n)
-            n = add_joints(joints, bodies.motion, found, left)
+            n = leave_out_joined(places.joints, places.shapes, places.found, n)
+        if springs.count > 0:
+            n = add_springs(springs, bodies, found, n)
+        if joints.count > 0:
+            n = add_joints(joints, bodies.motion, found, n)
         network.n_c = n
         is_woken = asleep.count > 0 and wake_touched(bodies, shapes, found, n, contacts, asleep, (dt, d)) > 0
     return DONE
@@ -407,7 +415,7 @@ def rebounds(progress, places, network, d):
         count = begin_impact_spatial(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole)
     if count == 0:
         return False
-    hold(places, 1)
+    hold(places, 1, progress.dt)
     prepare(places, d)
     if progress.has_impact_law == 0:
         ask_rebounds(places.contacts, places.network)

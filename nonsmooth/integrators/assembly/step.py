@@ -51,6 +51,7 @@ from nonsmooth.integrators.assembly.progress import (
 from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_springs
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.integrators.assembly.struck import strike_by_law
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
@@ -59,7 +60,7 @@ from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import FIRST_JOINT, Found
+from nonsmooth.scenes.detection import FIRST_JOINT, FIRST_SPRING, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -99,6 +100,7 @@ PLACES = (
     "pairs",
     "links",
     "parts",
+    "springs",
 )
 
 # defined: blocks that a step takes something from that the step before left
@@ -159,7 +161,7 @@ class Assembly(InMotion):
 
     Parameters
     ----------
-    bodies, shapes, surfaces, joints : Bodies, Shapes, Surfaces, Joints
+    bodies, shapes, surfaces, joints, springs : Bodies, Shapes, Surfaces, Joints, Springs
     tol : float
         Residual asked of the contact problems.
     sweeps : int
@@ -181,11 +183,12 @@ class Assembly(InMotion):
     handed, kept = PLACES, CARRIED
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
-        interior: int, is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, springs: Springs, tol: float,
+        sweeps: int, interior: int, is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
         selection: Selection = Selection.COMPLIANT_LIMIT,
     ) -> None:  # fmt: skip
-        self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
+        self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
+        self.joints, self.springs = joints, springs
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
         has_faces = may_hide(shapes)
@@ -194,6 +197,7 @@ class Assembly(InMotion):
         rare += (take_friction, update_friction) if surfaces.has_laws else ()
         may_divide = not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
         rare += OF_PARTS if may_divide else ()
+        rare += (write_springs,) if springs.count else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -226,7 +230,7 @@ class Assembly(InMotion):
         self.pairs: Pairs = new(Pairs, n_p=2 * n_s + 16 if keeps_pairs else 0, d=self.dim)
         self.pairs.is_asked = keeps_pairs
         self.solver: Solver = new(Solver, fill=0, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
-        self._make_room(2 * n_s + 16 + int(joints.count))
+        self._make_room(2 * n_s + 16 + int(joints.count) + SIDES * int(springs.count))
 
     def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
         """Take so many steps, from a time t [s] that events are told by; returns DONE, LOST or UNSOLVED."""
@@ -332,7 +336,7 @@ class Assembly(InMotion):
             rows, found = with_parts(rows, found, self.parts)
         if self.asleep.count == 0:
             return rows
-        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_JOINT
+        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_SPRING
         is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
         resting = rows_at_rest(self.asleep)
         keys = np.concatenate((found[is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
@@ -360,7 +364,8 @@ class Assembly(InMotion):
     def n_contacts(self) -> int:
         """Candidates of the last step."""
         every = int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts)
-        return every - int(self.joints.count) if self.progress.counts.steps else every
+        others = int(self.joints.count) + SIDES * int(self.springs.count)
+        return every - others if self.progress.counts.steps else every
 
     @property
     def n_islands(self) -> int:

@@ -51,9 +51,10 @@ def strike_by_law(assembly: SceneInStep) -> bool:
 
 
 def is_closed(assembly: SceneInStep, listed: np.ndarray) -> np.ndarray:
-    """Which contacts landed, or were closed; joints are."""
-    is_joint = assembly.network.mu[listed] == JOINED
-    return is_joint | (assembly.contacts.P[listed, 0] > 0.0) | (assembly.found.gap[listed] <= 0.0)
+    """Which contacts landed, or were closed; joints are, and springs have no impulse."""
+    network = assembly.network
+    touches = (assembly.contacts.P[listed, 0] > 0.0) | (assembly.found.gap[listed] <= 0.0)
+    return (network.mu[listed] == JOINED) | (touches & (network.sprung[listed] == 0))
 
 
 def strike_island(assembly: SceneInStep, closed: np.ndarray) -> None:

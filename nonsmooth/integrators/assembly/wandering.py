@@ -20,7 +20,7 @@ Equations: docs/theory/scenes.md, (7).
 
 from __future__ import annotations
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.beside import is_in_the_middle
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
@@ -70,7 +70,7 @@ def share_rows(bodies, found, contacts, network, begin, end):
         if contacts.slack[c] > 0.0:
             for other in range(begin, end):
                 e = network.islands.contacts[other]
-                is_new = contacts.slack[e] == 0.0 and not is_joint(network, e)
+                is_new = contacts.slack[e] == 0.0 and is_contact(network, e)
                 if is_new and are_at_one_place(bodies, found, network, c, e):
                     contacts.held[e], contacts.slack[e] = contacts.held[c], contacts.slack[c]
 
@@ -101,7 +101,7 @@ def is_held_together(bodies, contacts, network, begin, end, dt):
     n, still = network.v.shape[1], STILL * fall_of(bodies, dt)
     for at in range(begin, end):
         c = network.islands.contacts[at]
-        if is_joint(network, c):
+        if not is_contact(network, c):
             continue
         if contacts.slack[c] > 0.0:
             start, turn, _ = turn_of_rows(bodies, contacts, network, c, 0)
@@ -117,7 +117,7 @@ def is_held_together(bodies, contacts, network, begin, end, dt):
 def was_held(bodies, found, contacts, network, c):
     """Whether contact c goes on with one that was pressed, of the same features."""
     at = contacts.held[c]
-    if at < 0 or network.soft[c] != 0.0 or is_joint(network, c):
+    if at < 0 or network.soft[c] != 0.0 or not is_contact(network, c):
         return False
     for side in range(2):
         b = network.i[c] if side == 0 else network.j[c]

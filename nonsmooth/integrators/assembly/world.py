@@ -12,6 +12,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.joints import Joints
+from nonsmooth.integrators.assembly.spring_rows import ALONG, TORSION, Springs, line_of
 from nonsmooth.jit import interpreted, unpack_of
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import (
@@ -33,7 +34,7 @@ from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
 from nonsmooth.scenes.ranges import require_within
-from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of, require_known_pairs
+from nonsmooth.scenes.scene import Body, Kind, Scene, Spring, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import shape_block
 from nonsmooth.scenes.shapes import PLANAR, as_turn
 
@@ -77,6 +78,7 @@ class World:
         self.shapes = shape_block(rows)
         self.surfaces = self._surfaces(materials)
         self.joints = self._joints()
+        self.springs = self._springs()
         self.guided = [body for body in scene.bodies if body.motion is not None]
 
     def _place(self, body: Body, t: float) -> None:
@@ -151,6 +153,29 @@ class World:
         joints.first[1:] = np.cumsum([len(row) for row in others])
         joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if listed else []
         return joints
+
+    def _springs(self) -> Springs:
+        """The rows of springs: one along the line between its ends, of one of length 0 one along each axis."""
+        axes = [(spring, axis) for spring in self.scene.springs for axis in self._axes_of(spring)]
+        springs, x, d = new(Springs, n_a=len(axes), d=self.dim), self.bodies.motion.x, self.dim
+        springs.count = len(axes)
+        for k, (spring, axis) in enumerate(axes):
+            springs.axis[k], springs.stiffness[k], springs.damping[k] = axis, spring.stiffness, spring.damping
+            for side, body, at in (("i", spring.a, spring.at_a), ("j", spring.b, spring.at_b)):
+                b = body.index
+                getattr(springs, side)[k] = b
+                getattr(springs, f"shape_{side}")[k] = np.flatnonzero(self.shapes.body == b)[0]
+                if at is not None:
+                    getattr(springs, f"arm_{side}")[k] = compose(inverse(x[b]), place_of(at, ORIGIN[d][d:]))[:d]
+                self.bodies.keeps[b] = self.bodies.motion.moves[b]
+            at_start = interpreted(line_of)(springs, x, k)[-1]
+            springs.length[k] = at_start if spring.length is None else spring.length
+        return springs
+
+    def _axes_of(self, spring: Spring) -> tuple[int, ...]:
+        if spring.is_torsion:
+            return (TORSION,)
+        return tuple(range(self.dim)) if spring.length == 0.0 else (ALONG,)
 
     def guide(self, t: float, dt: float) -> None:
         """Let guided bodies move from where they are to where they are told to be at t + dt, by the middle of that."""
