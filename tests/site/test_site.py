@@ -19,7 +19,8 @@ from benchmarks.chromium import new_chromium
 SITE = Path(os.environ.get("NONSMOOTH_SITE", "nowhere"))
 PAGES = (
     "index", "quickstart", "tutorials", "how_to", "reference", "scenes", "theory/moreau_jean", "theory/scenes",
-    "benchmarks/accuracy", "generated/api", "generated/api/nonsmooth.simulate", "generated/gallery/index",
+    "benchmarks/accuracy", "benchmarks/exact", "generated/api",
+    "generated/api/nonsmooth.simulate", "generated/gallery/index",
     "generated/gallery/paradox/plot_sprag_slip", "generated/gallery/exact_friction/plot_arch_25",
     "questions", "choices", "how_to/other_programs", "theory/painleve", "theory/lcp", "theory/contact_solvers",
     "theory/event_driven", "tutorials/penalty", "tutorials/pile", "tutorials/cycle", "tutorials/lagrangian",
