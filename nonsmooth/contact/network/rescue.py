@@ -10,6 +10,7 @@ other islands that are met never come here. Where interior points led nowhere th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -19,7 +20,7 @@ from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.patience import INTERIOR, note_outcome
-from nonsmooth.contact.network.pressed import contacts_of, solve_pressed, solve_whole
+from nonsmooth.contact.network.pressed import FILL_OF_MANY, contacts_of, solve_pressed, solve_whole
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
@@ -74,8 +75,10 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
     """Interior points for island k."""
     islands, before = network.islands, float(network.islands.residual[k])
     goal = min(tol, SOLVED_TO_ROUNDING) if tol <= FINE and are_very_unlike(network, k) else tol
-    islands.factors[k] += solve_pressed(network, k, goal)
-    if not islands.residual[k] <= goal and bodies_of(network, k) <= FEW_BODIES:
+    is_many = bodies_of(network, k) > FEW_BODIES
+    largest = FILL_OF_MANY[network.b.shape[1]] * solver.most_inside if is_many else math.inf
+    islands.factors[k] += solve_pressed(network, k, goal, largest)
+    if not islands.residual[k] <= goal and not is_many:
         starts = STARTS_OF_FEW if bodies_of(network, k) <= EXACT_BODIES else STARTS
         islands.factors[k] += solve_whole(network, k, goal, starts)
     islands.rung[k] = BY_INTERIOR
