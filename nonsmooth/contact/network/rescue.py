@@ -1,7 +1,8 @@
 """Islands that the ladder of ``solve`` did not bring to the tolerance: solvers that are dearer, and rarely in vain.
 
-    many bodies     interior points on the graph of the contacts that press (``pressed``)
-    some bodies     what these leave, on the graph of all contacts (``from_inside``)
+    few bodies      interior points on the graph of all contacts, from many starts (``from_inside``)
+    more bodies     and what these leave, on the graph of the contacts that press (``pressed``)
+    some bodies     what that leaves, on the graph of all contacts
     few contacts    what these leave, by `solve_contact`, with the Delassus matrix G = J M^-1 J^T of the island
 
 Some bodies of very unlike masses, that are met but not solved to rounding, come here too. That costs milliseconds, and
@@ -72,15 +73,18 @@ def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
 
 
 def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
-    """Interior points for island k."""
+    """Interior points for island k; few bodies by all contacts first: measured, 27 boxes that fall take 1.7 s so, and
+    4.8 s the other way round."""
     islands, before = network.islands, float(network.islands.residual[k])
     goal = min(tol, SOLVED_TO_ROUNDING) if tol <= FINE and are_very_unlike(network, k) else tol
-    is_many = bodies_of(network, k) > FEW_BODIES
-    largest = FILL_OF_MANY[network.b.shape[1]] * solver.most_inside if is_many else math.inf
-    islands.factors[k] += solve_pressed(network, k, goal, largest)
-    if not islands.residual[k] <= goal and not is_many:
-        starts = STARTS_OF_FEW if bodies_of(network, k) <= EXACT_BODIES else STARTS
-        islands.factors[k] += solve_whole(network, k, goal, starts)
+    bodies = bodies_of(network, k)
+    if bodies <= EXACT_BODIES:
+        islands.factors[k] += solve_whole(network, k, goal, STARTS_OF_FEW)
+    if not islands.residual[k] <= goal:
+        largest = FILL_OF_MANY[network.b.shape[1]] * solver.most_inside if bodies > FEW_BODIES else math.inf
+        islands.factors[k] += solve_pressed(network, k, goal, largest)
+    if not islands.residual[k] <= goal and EXACT_BODIES < bodies <= FEW_BODIES:
+        islands.factors[k] += solve_whole(network, k, goal, STARTS)
     islands.rung[k] = BY_INTERIOR
     is_worth_it = islands.residual[k] <= max(goal, WORTH_IT * before)
     interpreted(note_outcome)(solver.patience, INTERIOR, is_worth_it, 0, 1)
