@@ -108,9 +108,9 @@ from nonsmooth.results.stats import SceneStats as SceneStats
 from nonsmooth.results.stats import Stats as Stats
 from nonsmooth.runs.choice import Auto as Auto
 from nonsmooth.runs.simulate import simulate as simulate
+from nonsmooth.scenes.elements import Body as Body
+from nonsmooth.scenes.elements import Joint as Joint
 from nonsmooth.scenes.materials import Material as Material
-from nonsmooth.scenes.scene import Body as Body
-from nonsmooth.scenes.scene import Joint as Joint
 from nonsmooth.scenes.scene import Scene as Scene
 from nonsmooth.scenes.shapes import Box as Box
 from nonsmooth.scenes.shapes import Capsule as Capsule

@@ -3,8 +3,8 @@
 import Box2D as b2
 import numpy as np
 
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box
 
 ITERATIONS = 8, 3  # chosen: of velocities and of places, as its manual has them

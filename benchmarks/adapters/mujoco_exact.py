@@ -8,8 +8,8 @@ without weight, whose place and velocity are set before every step.
 import mujoco
 import numpy as np
 
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box, HalfSpace, Polyhedron
 
 HEAVY = 1e6  # kg, chosen

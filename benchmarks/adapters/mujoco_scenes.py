@@ -7,8 +7,8 @@ Its documentation (Modeling, "Solver parameters") says how it is tuned: ``solref
 import mujoco
 import numpy as np
 
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box
 
 LARGE = 200  # chosen: bodies from which on conjugate gradients are faster than Newton's method

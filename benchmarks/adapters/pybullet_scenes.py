@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pybullet as b3
 
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box
 
 

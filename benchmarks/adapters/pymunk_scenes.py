@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pymunk
 
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box
 
 SLOP = 1e-4  # m, chosen: a thousandth of the bodies; its own, 0.1, is for pixels

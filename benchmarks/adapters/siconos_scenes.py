@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.siconos import interpreter
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.places import place_of, turn_onto
-from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box
 
 

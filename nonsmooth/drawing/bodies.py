@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.places import ORIGIN, compose, place_of
-from nonsmooth.scenes.scene import Body, Kind
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution

@@ -9,9 +9,9 @@ import numpy as np
 
 from nonsmooth.drawing.bodies import CIRCLE_PIECES, EDGE, FILL, places, polygon, reached
 from nonsmooth.drawing.spring_lines import COIL_WIDTH, coil, spring_lines
+from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, matrix_of, rotate
-from nonsmooth.scenes.scene import Body, Kind
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 
 if TYPE_CHECKING:

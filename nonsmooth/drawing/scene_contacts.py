@@ -12,7 +12,7 @@ from nonsmooth.drawing.labels import LETTER
 from nonsmooth.drawing.scene import ARROW, LARGE
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.recorded import CONTACTS
-from nonsmooth.scenes.scene import Kind
+from nonsmooth.scenes.elements import Kind
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution

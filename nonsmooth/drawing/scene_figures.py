@@ -18,8 +18,8 @@ from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
 from nonsmooth.drawing.scene_contacts import scene_contact_marks
 from nonsmooth.drawing.spatial_bodies import add_scale, camera, draw_spatial, spatial_extent
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of
-from nonsmooth.scenes.scene import Kind
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution

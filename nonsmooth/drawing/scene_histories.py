@@ -38,7 +38,7 @@ from nonsmooth.drawing.plots import (
 from nonsmooth.drawing.scene_figures import arranged, draw_instants, extent_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.recorded import BODIES, CONTACTS, LEDGER, not_recorded
-from nonsmooth.scenes.scene import Kind
+from nonsmooth.scenes.elements import Kind
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution

@@ -16,9 +16,9 @@ import numpy as np
 from nonsmooth.drawing.bodies import CIRCLE_PIECES, EDGE, FILL, places, polygon, reached
 from nonsmooth.drawing.facets import facets_of, has_facets
 from nonsmooth.drawing.spring_lines import spring_lines
+from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, matrix_of, rotate
-from nonsmooth.scenes.scene import Body, Kind
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_SPACE, POLYHEDRON
 
 if TYPE_CHECKING:

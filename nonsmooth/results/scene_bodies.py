@@ -9,7 +9,8 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.recorded import index_of
-from nonsmooth.scenes.scene import Kind, Scene
+from nonsmooth.scenes.elements import Kind
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.views import Worded, view
 
 

@@ -24,13 +24,14 @@ from nonsmooth.results.scene_motion import SceneMotion, struck_bodies
 from nonsmooth.results.scene_pairs import ScenePairs
 from nonsmooth.results.stats import SceneStats
 from nonsmooth.results.table import SCENE, RecordsOfScene, kinds_in, numbered, under
-from nonsmooth.scenes.scene import Kind
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nonsmooth.scenes.scene import Body, Scene
+    from nonsmooth.scenes.elements import Body
+    from nonsmooth.scenes.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

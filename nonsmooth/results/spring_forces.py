@@ -13,8 +13,8 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.results.scene_bodies import BodyMotion, SpringForces
+from nonsmooth.scenes.elements import Body, Spring
 from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of, rotate
-from nonsmooth.scenes.scene import Body, Spring
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution

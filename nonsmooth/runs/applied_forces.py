@@ -18,8 +18,8 @@ from nonsmooth.integrators.assembly.accelerations import row_of
 from nonsmooth.integrators.assembly.apart import move
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.results.scene_bodies import SceneState
+from nonsmooth.scenes.elements import Force
 from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of, rotate
-from nonsmooth.scenes.scene import Force
 from nonsmooth.scenes.shapes import SPATIAL
 
 

@@ -47,8 +47,9 @@ from nonsmooth.results.table import event_arrays, event_row
 from nonsmooth.runs.choice import MOST_WITHOUT_FRICTION, STEPS_OF_SPAN, Auto
 from nonsmooth.runs.refused_scenes import require_taken_by_system
 from nonsmooth.scenes.as_system import CURE, moving_of, system_of, touches_of
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.places import times, turn_by
-from nonsmooth.scenes.scene import Kind, Scene
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import PLANAR
 
 # measured (docs/scenes.md): contacts with friction that may close, up to which a second takes some ten seconds

@@ -39,7 +39,8 @@ from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
-from nonsmooth.scenes.scene import Kind, Scene
+from nonsmooth.scenes.elements import Kind
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.interruption import interrupts_held_back
 
 SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"

@@ -25,12 +25,13 @@ from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.model_system import MOST_SYSTEMS, content_of
 from nonsmooth.mechanics.start import CoordinateState
 from nonsmooth.mechanics.system import Contact, System
+from nonsmooth.scenes.elements import Body, Joint, Kind
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.materials import impact_of_pair
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, inverse, place_of, rotate
 from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functions_of_touches
-from nonsmooth.scenes.scene import Body, Joint, Kind, Scene, coefficients_of, require_known_pairs
+from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR, HalfPlane
 from nonsmooth.scenes.spheres_as_system import functions_of, near_of, require_spheres, touch_of

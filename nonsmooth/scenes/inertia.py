@@ -8,11 +8,11 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.numerics.rounding import EPS
+from nonsmooth.scenes.elements import Body
 from nonsmooth.scenes.mass_properties import combined, mass_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, quaternion_of
 from nonsmooth.scenes.ranges import HEAVIEST, LARGEST_MOMENT, require_between
-from nonsmooth.scenes.scene import Body
 
 MOMENT_ROUNDINGS = 64  # chosen: of moments that are sums over parts: what differs by less is equal
 

@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
+from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, place_of, rotate
 from nonsmooth.scenes.rounded_points import Side, Touch
-from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of
+from nonsmooth.scenes.scene import Scene, coefficients_of
 from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
 from nonsmooth.scenes.weights import functions_of_weights
 

@@ -21,7 +21,8 @@ from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.penalty.restitution import damping_ratio_for, restitution_of
 from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.system import UNILATERAL
-from nonsmooth.scenes.scene import Kind, Scene, coefficients_of
+from nonsmooth.scenes.elements import Kind
+from nonsmooth.scenes.scene import Scene, coefficients_of
 from nonsmooth.studies.force_history import first_episode
 from nonsmooth.studies.reference import Problem, SceneProblem
 

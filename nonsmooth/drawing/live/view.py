@@ -19,7 +19,7 @@ from nonsmooth.errors import InvalidInput, NonsmoothWarning, said_by, warn_calle
 from nonsmooth.runs.recorder import contacts_of
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.scene_run import SceneRun
-from nonsmooth.scenes.scene import Kind
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.shapes import PLANAR
 
 PICTURE_PERIOD = 0.05  # chosen: s of wall time between two pictures

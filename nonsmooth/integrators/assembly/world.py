@@ -29,12 +29,13 @@ from nonsmooth.mechanics.laws import (
 )
 from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
+from nonsmooth.scenes.elements import Body, Kind, Spring
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
 from nonsmooth.scenes.ranges import require_within
-from nonsmooth.scenes.scene import Body, Kind, Scene, Spring, coefficients_of, require_known_pairs
+from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import shape_block
 from nonsmooth.scenes.shapes import PLANAR, as_turn
 

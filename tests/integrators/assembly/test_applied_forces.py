@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 
 import nonsmooth as ns
 from models.painleve_rod import PainleveRod
+from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.scene import Kind
 
 
 def run(scene, t_end, dt, **options):

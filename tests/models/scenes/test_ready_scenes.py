@@ -10,7 +10,7 @@ import pytest
 
 import models.scenes
 import nonsmooth as ns
-from nonsmooth.scenes.scene import Kind
+from nonsmooth.scenes.elements import Kind
 
 READY = [getattr(models.scenes, name) for name in models.scenes.__all__]
 SMALL = {"sphere-box": {"n": 8}, "hourglass": {"n": 20}, "pyramid": {"rows": 3}, "kapla-tower": {"layers": 3}}
