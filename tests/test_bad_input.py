@@ -261,7 +261,8 @@ RESULTS = {
     "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
-    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointImpulses", "SpringForces",
+    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointImpulses",
+    "SpringForces",
 }  # fmt: skip
 
 DIRECTIONS = np.random.default_rng(0).normal(size=(300, 3))
