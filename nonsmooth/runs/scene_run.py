@@ -248,7 +248,7 @@ class SceneRun:
             self._show(progress)
 
     def _ask_functions(self) -> bool:
-        """Let guided bodies go where they are told, and forces be those of the step; False where a function says
+        """Ask functions where guided bodies go, and for the forces of the step; False where one says
         nothing that can be used, which ends the run."""
         try:
             self.world.guide(self.now, self.dt)

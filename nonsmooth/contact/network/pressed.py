@@ -44,7 +44,7 @@ ADDITIONS = 5  # chosen: times that contacts are added; one is rare
 
 def solve_pressed(network: Network, k: int, tol: float, largest: float = math.inf) -> int:
     """Improve the impulses of island k by its pressed contacts, to a residual of tol if that can be, with factors of no
-    more than ``largest`` blocks; how many they were. Velocities, gamma and residuals of all islands are judged anew."""
+    more than ``largest`` blocks; how many they were. It judges velocities, gamma and residuals of all islands."""
     contacts, made = contacts_of(network, k), 0
     judge_impulses(network)
     best, least = network.P[contacts].copy(), float(network.islands.residual[k])

@@ -100,7 +100,7 @@ def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
 
 @kernel
 def book_forces(bodies, network, moves, dt, is_pushed, work):
-    """The work of gravity and applied forces on the velocities, and on what the bodies were moved beside them."""
+    """The work of gravity and applied forces on the velocities, and on the corrections of places."""
     for b in range(bodies.mass.shape[0]):
         if bodies.motion.moves[b] == 1:
             for k in range(bodies.gravity.shape[0]):
