@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.published.standing import REAL, shuttled
+from benchmarks.published.standing import REAL, card_house, shuttled
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import Box, HalfSpace, Polyhedron, Sphere
@@ -87,35 +87,6 @@ def turntable() -> Scene:
     return scene
 
 
-def house(
-    levels: int, cubes: int = 0, kick: float = 0.0, length: float = 1.0, width: float = 0.45, thickness: float = 0.03,
-    lean: float = 0.23, mass: float = 13.5,
-) -> Scene:  # fmt: skip
-    """A house of cards; every card is kicked at random, cubes of 256 kg fall on it."""
-    scene, rng = ground(0.8), np.random.default_rng(0)
-    height = length * math.cos(lean) + thickness * math.sin(lean)
-    reach = (length * math.sin(lean) + thickness * math.cos(lean)) / 2
-
-    def card(x: float, z: float, angle: float) -> None:
-        turn = (math.cos(angle / 2), 0, math.sin(angle / 2), 0)
-        velocity, spin = kick * rng.normal(size=(2, 3))
-        scene.body(
-            Box(thickness, width, length), mass=mass, position=(x, 0, z), turn=turn, velocity=velocity, spin=spin
-        )
-
-    for level in range(levels):
-        z = level * (height + thickness)
-        for k in range(levels - level):
-            for side in (-1, 1):
-                card((k + level / 2) * length + side * reach, z + height / 2, -side * lean)
-            if k:
-                card((k - 0.5 + level / 2) * length, z + height + thickness / 2, math.pi / 2)
-    top = levels * (height + thickness)
-    for k in range(cubes):
-        scene.body(Box(0.8, 0.8, 0.8), density=500, position=(0.2 + 0.9 * k, 0.05 * k, top + 1.4 + 0.2 * k))
-    return scene
-
-
 def arch(n: int, thickness: float) -> Scene:
     """A half circle of stones, radius 1 m, between two that are fixed, and four cubes that fall on its crown."""
     scene = ground(0.8)
@@ -178,15 +149,15 @@ CASES = {
         sliding_box, 2.0, lambda places, dt: abs(places[2, 0, 0] - 16 / G), "way", "FBF 6.4 to 7.0 ms"
     ),
     "turntable": Case(turntable, 1.0, radius, "radius", "FBF 3.1 to 3.7 ms"),
-    "house of 4 levels": Case(lambda: house(4), 1.0, moved, "moved", "FBF 199 ms; MuJoCo 8.7 times that"),
-    "house of 10 levels": Case(lambda: house(10), 0.5, moved, "moved", "FBF 853 ms; MuJoCo did not finish"),
+    "house of 4 levels": Case(lambda: card_house(4), 1.0, moved, "moved", "FBF 199 ms; MuJoCo 8.7 times that"),
+    "house of 10 levels": Case(lambda: card_house(10), 0.5, moved, "moved", "FBF 853 ms; MuJoCo did not finish"),
     "arch of 25 stones": arch_case(25, 0.2, 1.5, "FBF 595 ms; MuJoCo 23 times that"),
     "arch of 101 stones": arch_case(101, 0.15, 1.0, "FBF 1234 ms; MuJoCo did not finish"),
     "pallet on a shuttle": Case(pallet, 2.0, slipped, "slip", "1.05 mm (MuJoCo), 0.72 mm (the fork), 60 s"),
     "20 sheets": Case(lambda: sheets(20), 0.5, moved, "moved", "mark: overlap < 20 µm"),
-    "real playing cards": Case(lambda: house(5, 0, 0.0, **REAL), 0.5, moved, "moved", "mark: < 220 µm"),
+    "real playing cards": Case(lambda: card_house(5, 0, 0.0, **REAL), 0.5, moved, "moved", "mark: < 220 µm"),
     "house of 4 levels, four cubes of 256 kg": Case(
-        lambda: house(4, cubes=4), 2.0, lambda p, dt: moved(p[:, :26], dt), "cards moved"
+        lambda: card_house(4, cubes=4), 2.0, lambda p, dt: moved(p[:, :26], dt), "cards moved"
     ),
-    "house of 10 levels, kicked": Case(lambda: house(10, kick=0.02), 0.5, moved, "moved"),
+    "house of 10 levels, kicked": Case(lambda: card_house(10, kick=0.02), 0.5, moved, "moved"),
 }

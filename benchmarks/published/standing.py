@@ -16,17 +16,23 @@ from models.scenes import CardHouse
 REAL = {"length": 0.088, "width": 0.063, "thickness": 0.0003, "lean": math.radians(25), "mass": 0.0018}
 
 
-@functools.cache
-def house(levels, dt=1 / 60, length=1.0, width=0.45, thickness=0.03, lean=0.23, mass=13.5):
-    """1 s of a house of cards that lean by an angle from the vertical, with level ones between."""
+def card_house(
+    levels: int, cubes: int = 0, kick: float = 0.0, length: float = 1.0, width: float = 0.45, thickness: float = 0.03,
+    lean: float = 0.23, mass: float = 13.5,
+) -> ns.Scene:  # fmt: skip
+    """A house of cards; every card is kicked at random, cubes of 256 kg fall on it."""
     scene = ns.Scene(gravity=(0, 0, -9.81), material=ns.Material(mu=0.8))
     scene.fixed(ns.HalfSpace(UP))
+    rng = np.random.default_rng(0)
     height = length * math.cos(lean) + thickness * math.sin(lean)
     reach = (length * math.sin(lean) + thickness * math.cos(lean)) / 2
 
-    def card(x, z, angle):
+    def card(x: float, z: float, angle: float) -> None:
         turn = (math.cos(angle / 2), 0, math.sin(angle / 2), 0)
-        scene.body(ns.Box(thickness, width, length), mass=mass, position=(x, 0, z), turn=turn)
+        velocity, spin = kick * rng.normal(size=(2, 3))
+        scene.body(
+            ns.Box(thickness, width, length), mass=mass, position=(x, 0, z), turn=turn, velocity=velocity, spin=spin
+        )
 
     for level in range(levels):
         z = level * (height + thickness)
@@ -35,7 +41,16 @@ def house(levels, dt=1 / 60, length=1.0, width=0.45, thickness=0.03, lean=0.23, 
                 card((k + level / 2) * length + side * reach, z + height / 2, -side * lean)
             if k:
                 card((k - 0.5 + level / 2) * length, z + height + thickness / 2, math.pi / 2)
-    return ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=dt))
+    top = levels * (height + thickness)
+    for k in range(cubes):
+        scene.body(ns.Box(0.8, 0.8, 0.8), density=500, position=(0.2 + 0.9 * k, 0.05 * k, top + 1.4 + 0.2 * k))
+    return scene
+
+
+@functools.cache
+def house(levels, dt=1 / 60, **cards):
+    """1 s of a house of cards."""
+    return ns.simulate(card_house(levels, **cards), (0, 1), integrator=ns.MoreauJean(dt=dt))
 
 
 def moved(sol):

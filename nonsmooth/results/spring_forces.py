@@ -35,7 +35,7 @@ def forces_of_spring(solution: SceneSolution, name: str) -> SpringForces:
         raise InvalidInput(f"there is no spring {shown(name)}; {nearest(name, springs)}")
     spring = springs[name]
     length, rate = angle_of(solution, spring) if spring.is_torsion else length_of(solution, spring)
-    rest = length[0] if spring.length is None else spring.length
+    rest = length_at_start(solution, spring) if spring.length is None else spring.length
     return SpringForces(solution.t, length, spring.stiffness * (length - rest) + spring.damping * rate)
 
 
@@ -54,13 +54,32 @@ def length_of(solution: SceneSolution, spring: Spring) -> tuple[np.ndarray, np.n
     return length, np.einsum("tk,tk->t", line, speed) / np.where(length > 0.0, length, 1.0)
 
 
+def length_at_start(solution: SceneSolution, spring: Spring) -> float:
+    """The length of a spring where a run begins, of a torsion spring the angle."""
+    first, second = (start_of(solution, body) for body in (spring.a, spring.b))
+    if spring.is_torsion:
+        return float(second[-1] - first[-1])
+    d = solution.dim
+    ends = [place[:d] if at is None else at for place, at in ((first, spring.at_a), (second, spring.at_b))]
+    return float(np.linalg.norm(ends[1] - ends[0]))
+
+
+def start_of(solution: SceneSolution, body: Body) -> np.ndarray:
+    """The centre of mass of a body and its turn as the scene has them, before ``project`` moves what overlaps; of one
+    that moves as a function says those of the first record, which is the start."""
+    if body.motion is not None:
+        return place_of(solution.position[0, body.index], solution.turn[0, body.index])
+    no_turn = ORIGIN[solution.dim][solution.dim :]
+    return compose(place_of(body.position, body.turn), place_of(solution.centres[body.index], no_turn))
+
+
 def end_of(solution: SceneSolution, body: Body, at: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Where the end of a spring is, and its velocity, (n_t, d) each; ``at`` is where it was at the start."""
     motion = solution[body.name]
     if at is None:
         return motion.position, motion.velocity
     d = len(at)
-    arm = compose(inverse(place_of(motion.position[0], motion.turn[0])), place_of(at, ORIGIN[d][d:]))[:d]
+    arm = compose(inverse(start_of(solution, body)), place_of(at, ORIGIN[d][d:]))[:d]
     arms = np.array([rotate(turn, arm) for turn in motion.turn])
     return motion.position + arms, motion.velocity + turning(motion, arms)
 

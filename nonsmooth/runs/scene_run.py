@@ -299,7 +299,7 @@ class SceneRun:
         law = ImpactLaw(self.world.surfaces.impact).name.lower()
         self.spent = (
             f"impact = {law!r} is for islands of up to {MOST_STRUCK} closed contacts, and {body} is of a larger one; "
-            f"impact='newton' has no such limit; stopped at t = {self.now:.9g} s"
+            f"impact='newton' has no such limit; stopped at t = {self.now:.9g} s, before it rebounds"
         )
         self.status, self.cause = Status.NOT_FINITE, InvalidInput(self.spent)
 

@@ -92,6 +92,7 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
 
 def solve_dense(network: Network, k: int, tol: float) -> None:
     """`solve_contact` of island k: of what is not open first, since |c| of open contacts hides the errors of others."""
+    judge(network, k, tol)  # gamma says which are open
     contacts = contacts_of(network, k)
     for left, guess in tries(network, contacts):
         error, before = float(network.islands.residual[k]), network.P[contacts].copy()

@@ -1,10 +1,11 @@
 """Springs in a step, implicit: a spring is two contacts without friction that give way, one pushes and one pulls.
 
-    P/dt = -k (delta_0 + delta_1)/2 - c (gamma_0 + gamma_1)/2,    delta_1 = delta_0 + dt (gamma_0 + gamma_1)/2
+    P/dt = -k (delta_0 + theta dt gamma) - c gamma,    gamma = (1 - theta) gamma_0 + theta gamma_1
 
-is the implicit mid-point rule, of second order, which keeps the energy of a linear spring and has no largest step:
+has no largest step; theta is that of the places. With 1/2 it is the mid-point rule, of second order, which keeps the
+energy of a linear spring. As a row:
 
-    gamma_1 + R P + b = 0,    R = 1/(dt A),   b = gamma_0 + k delta_0/A,   A = k dt/4 + c/2
+    gamma_1 + R P + b = 0,   R = 1/(dt A),   b = (1 - theta)/theta gamma_0 + k delta_0/A,   A = theta (theta k dt + c)
 
 with delta the stretch and gamma its rate along the row. The two contacts 0 <= P_+ _|_ gamma_1 + R P_+ + b >= 0 and
 0 <= P_- _|_ -gamma_1 + R P_- - b >= 0 have the one solution P = P_+ - P_-, so that springs, joints and contacts are one
@@ -160,6 +161,7 @@ def write_law_of_spring(springs, bodies, found, network, c, k, dt):
     side = ((found.key[c] >> FEATURE_BITS) & NO_SHAPE) % SIDES
     stretch = (1.0 - 2.0 * side) * (length - springs.length[k])
     rate, _ = row_velocity(network, c, 0, bodies.v_0)
-    A = 0.25 * springs.stiffness[k] * dt + 0.5 * springs.damping[k]
+    theta = 1.0 - 0.5 * bodies.lead
+    A = theta * (theta * springs.stiffness[k] * dt + springs.damping[k])
     network.soft[c] = 1.0 / (dt * A)
-    network.b[c, 0] = rate + springs.stiffness[k] * stretch / A
+    network.b[c, 0] = (1.0 - theta) / theta * rate + springs.stiffness[k] * stretch / A

@@ -118,4 +118,5 @@ def note_missed(assembly: SceneInStep, c: int, residual: float) -> None:
     figures.since_residual = max(figures.since_residual, residual)
     if residual > figures.residual:
         figures.residual = residual
-        worst.row, worst.i, worst.j, worst.step = c, network.i[c], network.j[c], progress.counts.steps - 1
+        worst.row, worst.i, worst.j = c, network.i[c], network.j[c]
+        worst.step = progress.counts.steps - (progress.left == 0.0)

@@ -139,18 +139,14 @@ class World:
 
     def _joints(self) -> Joints:
         """The points that bodies share, along their axes, and who is joined to whom."""
-        listed, x, d = self.scene.joints, self.bodies.motion.x, self.dim
-        joints = new(Joints, n_j=len(listed), n_b=len(x), d=d)
+        listed, x = self.scene.joints, self.bodies.motion.x
+        joints = new(Joints, n_j=len(listed), n_b=len(x), d=self.dim)
         joints.count = len(listed)
         others: list[list[int]] = [[] for _ in x]
         for k, joint in enumerate(listed):
             for side, mine, other in (("i", joint.a, joint.b), ("j", joint.b, joint.a)):
-                b = mine.index
-                getattr(joints, side)[k] = b
-                getattr(joints, f"shape_{side}")[k] = np.flatnonzero(self.shapes.body == b)[0]
-                getattr(joints, f"arm_{side}")[k] = compose(inverse(x[b]), place_of(joint.at, ORIGIN[d][d:]))[:d]
-                others[b].append(other.index)
-                self.bodies.keeps[b] = self.bodies.motion.moves[b]
+                self._join(joints, k, side, mine, joint.at)
+                others[mine.index].append(other.index)
         joints.first[1:] = np.cumsum([len(row) for row in others])
         joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if listed else []
         return joints
@@ -158,25 +154,34 @@ class World:
     def _springs(self) -> Springs:
         """The rows of springs: one along the line between its ends, of one of length 0 one along each axis."""
         axes = [(spring, axis) for spring in self.scene.springs for axis in self._axes_of(spring)]
-        springs, x, d = new(Springs, n_a=len(axes), d=self.dim), self.bodies.motion.x, self.dim
+        springs, x = new(Springs, n_a=len(axes), d=self.dim), self.bodies.motion.x
         springs.count = len(axes)
         for k, (spring, axis) in enumerate(axes):
             springs.axis[k], springs.stiffness[k], springs.damping[k] = axis, spring.stiffness, spring.damping
-            for side, body, at in (("i", spring.a, spring.at_a), ("j", spring.b, spring.at_b)):
-                b = body.index
-                getattr(springs, side)[k] = b
-                getattr(springs, f"shape_{side}")[k] = np.flatnonzero(self.shapes.body == b)[0]
-                if at is not None:
-                    getattr(springs, f"arm_{side}")[k] = compose(inverse(x[b]), place_of(at, ORIGIN[d][d:]))[:d]
-                self.bodies.keeps[b] = self.bodies.motion.moves[b]
-            at_start = interpreted(line_of)(springs, x, k)[-1]
+            self._join(springs, k, "i", spring.a, spring.at_a)
+            self._join(springs, k, "j", spring.b, spring.at_b)
+            at_start = interpreted(line_of)(springs, x, k)[-1] if axis < 0 else 0.0
             springs.length[k] = at_start if spring.length is None else spring.length
         return springs
 
     def _axes_of(self, spring: Spring) -> tuple[int, ...]:
         if spring.is_torsion:
             return (TORSION,)
-        return tuple(range(self.dim)) if spring.length == 0.0 else (ALONG,)
+        first, second = (
+            self.bodies.motion.x[body.index, : self.dim] if at is None else at
+            for body, at in ((spring.a, spring.at_a), (spring.b, spring.at_b))
+        )
+        has_length = (first != second).any() if spring.length is None else spring.length > 0.0
+        return (ALONG,) if has_length else tuple(range(self.dim))
+
+    def _join(self, ends: Joints | Springs, k: int, side: str, body: Body, at: np.ndarray | None) -> None:
+        """Row k of a joint or a spring has an end on a body, at a point of the world or at its centre of mass."""
+        b, d, x = body.index, self.dim, self.bodies.motion.x
+        getattr(ends, side)[k] = b
+        getattr(ends, f"shape_{side}")[k] = np.flatnonzero(self.shapes.body == b)[0]
+        if at is not None:
+            getattr(ends, f"arm_{side}")[k] = compose(inverse(x[b]), place_of(at, ORIGIN[d][d:]))[:d]
+        self.bodies.keeps[b] = self.bodies.motion.moves[b]
 
     def guide(self, t: float, dt: float) -> None:
         """Let guided bodies move from where they are to where they are told to be at t + dt, by the middle of that."""

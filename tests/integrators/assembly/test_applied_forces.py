@@ -51,9 +51,9 @@ def test_a_torque_on_a_body_that_tumbles_is_of_second_order_with_its_work():
         r, s = q[1:], q[0]
         cross = np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
         R = np.eye(3) + 2 * s * cross + 2 * cross @ cross
-        I = R @ inertia @ R.T  # noqa: E741
+        J = R @ inertia @ R.T
         turning = 0.5 * np.concatenate(([-w @ r], s * w + np.cross(w, r)))
-        return np.concatenate((turning, np.linalg.solve(I, torque(t) - np.cross(w, I @ w))))
+        return np.concatenate((turning, np.linalg.solve(J, torque(t) - np.cross(w, J @ w))))
 
     exact = solve_ivp(rates, (0, 2), [1, 0, 0, 0, 1.0, 2, -1], rtol=1e-11, atol=1e-12).y[:, -1]
     errors, works = [], []

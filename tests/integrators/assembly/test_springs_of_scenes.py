@@ -52,8 +52,8 @@ def test_a_pendulum_on_a_spring_is_of_second_order(dim, length):
     start, speed = axis(dim, 1.0), 0.5 * np.eye(dim)[-1]
 
     def rates(t, y):
-        l = np.linalg.norm(y[:dim])  # noqa: E741
-        return np.concatenate((y[dim:], g - k * (1 - length / l) * y[:dim]))
+        now = np.linalg.norm(y[:dim])
+        return np.concatenate((y[dim:], g - k * (1 - length / now) * y[:dim]))
 
     exact = solve_ivp(rates, (0, 1), np.concatenate((start, speed)), rtol=1e-11, atol=1e-12).y[:dim, -1]
     errors = []
@@ -88,6 +88,41 @@ def test_the_stiffest_spring_keeps_its_energy_at_any_step(k):
     assert np.ptp(energy) <= 1e-6 * energy[0] and sol.stats.missed == 0
     gained = sol.ledger["kinetic"] - sol.ledger["kinetic"][0]
     np.testing.assert_allclose(gained, sol.ledger["force"] - sol.ledger["force"][0], atol=1e-9 * energy[0])
+
+
+@pytest.mark.parametrize("theta", [0.6, 1.0])
+@pytest.mark.parametrize("k", [40.0, 1e6, 1e10])
+def test_with_another_theta_a_spring_loses_energy_and_never_gains(k, theta):
+    scene = oscillator(2, k, 0.0, x=1e-4)
+    sol = ns.simulate(scene, (0, 2), integrator=ns.MoreauJean(1e-2, theta=theta))
+    energy = sol["bob"].velocity[:, 0] ** 2 + 0.5 * k * sol["bob"].position[:, 0] ** 2
+    assert (np.diff(energy) <= 1e-9 * energy[0]).all() and energy[-1] < 0.95 * energy[0]
+
+
+def test_a_spring_of_bodies_that_are_moved_apart_has_the_length_that_was_described():
+    """Discs that overlap by .05 m are parted: the spring, as long as they were described, pulls with k .05 m."""
+    k, m, dt = 80.0, 1.0, 1e-4
+    scene = ns.Scene(gravity=(0, 0), material=ns.Material(mu=0.0))
+    scene.body(ns.Disc(0.1), mass=m, position=(0, 0), name="a")
+    scene.body(ns.Disc(0.1), mass=m, position=(0.15, 0), name="b")
+    scene.body(ns.Disc(0.1), mass=m, position=(2, 0), name="c")
+    scene.spring("a", "b", stiffness=k, name="short")
+    scene.spring("b", "c", stiffness=k, name="long")
+    sol = run(scene, dt, dt, project=True)
+    assert sol.spring("short").force[0] == pytest.approx(0.05 * k, rel=1e-6)
+    assert sol.spring("long").force[0] == pytest.approx(-0.025 * k, rel=1e-6)
+    assert sol["c"].velocity[-1, 0] == pytest.approx(0.025 * k * dt / m, rel=1e-4)
+
+
+def test_ends_that_coincide_at_the_start_are_a_spring_of_length_0():
+    errors = []
+    for dt in DTS:
+        scene = ns.Scene(gravity=(0, 0))
+        scene.fixed(ns.Disc(0.01), position=(9, 9), name="hook")
+        scene.body(ns.Disc(0.1), mass=1.0, velocity=(0.3, 0.4), name="bob")
+        scene.spring("hook", "bob", at_a=(0, 0), stiffness=25.0)
+        errors.append(np.abs(run(scene, 1.0, dt)["bob"].position[-1] - np.array([0.06, 0.08]) * math.sin(5)).max())
+    is_of_second_order(errors)
 
 
 @pytest.mark.parametrize("k", [1e3, 1e10])
