@@ -94,6 +94,8 @@ _HOME = {
     "LCPResult": "lcp.result",
     "LCPStatus": "lcp.result",
     "solve_contact": "contact.blocks.solve",
+    "contact_solutions": "contact.spatial.contact_solutions",
+    "ContactSolutions": "contact.spatial.contact_solutions",
     "ContactResult": "contact.blocks.result",
     "ContactStatus": "contact.blocks.result",
     "ContactProblem": "results.fclib",

@@ -3,6 +3,8 @@
 from nonsmooth.contact.blocks.result import ContactResult as ContactResult
 from nonsmooth.contact.blocks.result import ContactStatus as ContactStatus
 from nonsmooth.contact.blocks.solve import solve_contact as solve_contact
+from nonsmooth.contact.spatial.contact_solutions import ContactSolutions as ContactSolutions
+from nonsmooth.contact.spatial.contact_solutions import contact_solutions as contact_solutions
 from nonsmooth.cycles.cycle import LimitCycle as LimitCycle
 from nonsmooth.cycles.cycle_branch import CycleBranch as CycleBranch
 from nonsmooth.cycles.cycle_branch import continue_cycle as continue_cycle

@@ -173,6 +173,7 @@ CALLS = {
     }),
     "is_p_matrix": (ns.is_p_matrix, {"A": A}),
     "lcp_solutions": (ns.lcp_solutions, {"A": A, "b": B}),
+    "contact_solutions": (ns.contact_solutions, {"G": G, "c": C, "mu": 0.3, "mu_static": 0.4}),
     "solve_contact": (ns.solve_contact, {
         "G": G, "c": C, "mu": [0.3], "dim": 2, "solver": "auto", "tol": 1e-8, "guess": None, "max_time": None,
     }),
@@ -469,6 +470,12 @@ ROWS = [
     ("solve_mlcp", {"free": [0, 5]}, r"free must be a boolean mask of 2 entries or indices from 0 to 1; got \[0, 5\]"),
     ("is_p_matrix", {"A": "identity"}, r"A must be an array of numbers; got 'identity'"),
     ("lcp_solutions", {"A": np.ones((2, 3))}, r"A must be a square matrix; got shape \(2, 3\)"),
+    (
+        "contact_solutions",
+        {"G": np.eye(4), "c": np.ones(4)},
+        r"G of one contact is \(2, 2\) or \(3, 3\), and c as long",
+    ),
+    ("contact_solutions", {"mu": -0.3}, r"mu must not be negative; got -0.3"),
     ("solve_contact", {"mu": [-0.3]}, r"mu must not be negative; mu\[0\] is -0.3"),
     ("solve_contact", {"mu": nan}, r"mu must be finite; got nan"),
     ("solve_contact", {"dim": 4}, r"dim must be 2 \(planar\) or 3 \(spatial\); got 4"),

@@ -7,8 +7,9 @@ A contact that slides along d carries la_T = -mu la_N d, so that with p = G_NN -
     0 <= la_N  _|_  p la_N + b >= 0        p < 0 and b < 0: none;  p < 0 and b > 0: it lifts off, or slides
 
 Contacts that are coupled and all slide are one complementarity problem of their la_N (or have no friction); one that
-rests by itself has open, stick and the roots of a quartic (contact/spatial/all_solutions.py). Of coupled contacts of
-which some rest the complete answer is not known, and none is given. Contacts that G does not couple are decided apart.
+rests by itself has open, stick and the roots of a quartic, whose number is exact (contact/spatial/exact_count.py). Of
+coupled contacts of which some rest the complete answer is not known, and none is given. Contacts that G does not couple
+are decided apart.
 Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Champneys, Várkonyi, *IMA J. Appl. Math.* 81 (2016)
 538.
 """
@@ -24,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.contact.islands import find_islands
-from nonsmooth.contact.spatial.all_solutions import find_slides, slide_spatial, stick_spatial
+from nonsmooth.contact.spatial.contact_solutions import solutions_of_one
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
@@ -48,7 +49,6 @@ MOST_LISTED = 256  # chosen: solutions of all islands that are listed
 SLIDE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 
 set_up, judge, tolerate = (interpreted(rule) for rule in (acceleration_problem, find_situation, tolerances_of_state))
-slides_of, slide_of, stick_of = (interpreted(rule) for rule in (find_slides, slide_spatial, stick_spatial))
 mu_of, static_mu_of, islands_of = (interpreted(r) for r in (friction_coefficient, static_coefficient, find_islands))
 
 
@@ -331,25 +331,16 @@ def modes_of(closed: Closed, members: np.ndarray, la_N: dict[int, float]) -> tup
 
 def of_one_at_rest(closed: Closed, k: int) -> Found:
     """Open, stick, and every slide of one contact."""
-    G, c, N, T = np.zeros((1, 3, 3)), np.zeros(3), closed.normal(k), closed.rows(k)
-    own = np.concatenate([[N], T])
-    G[0, : len(own), : len(own)], c[: len(own)] = closed.G[np.ix_(own, own)], closed.c[own]
-    if len(T) == 1:  # planar friction: a direction of its own, along which nothing moves
-        G[0, 2, 2] = G[0, 1, 1]
-    S = G[0, 1:, 1:] - np.outer(G[0, 1:, 0], G[0, 0, 1:]) / G[0, 0, 0]
-    is_regular = np.linalg.eigvalsh(0.5 * (S + S.T))[0] > rounding_of_sum(SLIDE_ROUNDINGS, np.abs(G).max())
-    *stuck, sticks = stick_of(G, 0, *c, closed.mu_static[k])
-    alphas = np.zeros(4)
-    slides = slides_of(G, 0, c, closed.mu[k], np.zeros((5, 5)), alphas)
-    forces = [("free", np.zeros(3))] if c[0] >= 0.0 else []
-    forces += [("stick", np.array(stuck))] if sticks else []
-    forces += [("slide", np.array(slide_of(G, 0, c, closed.mu[k], alpha))) for alpha in alphas[:slides]]
+    own = np.concatenate([[closed.normal(k)], closed.rows(k)])
+    modes, forces, is_complete = solutions_of_one(
+        closed.G[np.ix_(own, own)], closed.c[own], closed.mu[k], closed.mu_static[k]
+    )
     found: list[tuple[tuple[str, ...], np.ndarray]] = []
-    for name, force in forces:
+    for mode, force in zip(modes, forces, strict=True):
         la = np.zeros(len(closed.c))
-        la[own] = force[: len(own)]
-        found.append(((name,), la))
-    return found, bool(is_regular)
+        la[own] = force
+        found.append(((mode,), la))
+    return found, is_complete
 
 
 def combined(closed: Closed, parts: tuple[tuple[tuple[str, ...], np.ndarray], ...], X: np.ndarray, free: np.ndarray

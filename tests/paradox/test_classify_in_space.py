@@ -65,65 +65,6 @@ def test_p_along_the_slide_decides_how_many_forces_there_are(angle, b):
             np.testing.assert_allclose(solution.la[0, 1:], -2.0 * solution.la[0, 0] * d, rtol=1e-12)
 
 
-def acceleration(G, c, la):
-    return G @ la + c
-
-
-def slides_by_scan(G, c, mu, n=20_001):
-    """Slides from rest by a scan over the direction of gamma_T', without the quartic: la_N = -b/p along it, and the
-    acceleration must be that direction; sign changes of the cross product, where it is no reversal."""
-    angles = np.linspace(-math.pi, math.pi, n)
-    d = np.stack([np.cos(angles), np.sin(angles)])
-    p = G[0, 0] - mu * G[0, 1:] @ d
-    la_N = -c[0] / p
-    T = c[1:, None] + la_N * (G[1:, :1] - mu * G[1:, 1:] @ d)
-    cross, ahead = d[0] * T[1] - d[1] * T[0], d[0] * T[0] + d[1] * T[1]
-    turns = (cross[:-1] * cross[1:] < 0) & (la_N[:-1] > 0) & (la_N[1:] > 0) & (ahead[:-1] > 0)
-    return int((turns & (p[:-1] * p[1:] > 0)).sum())
-
-
-def test_all_solutions_at_rest_are_those_that_a_scan_of_directions_finds():
-    """300 random contacts, mu up to three times where p = 0; every solution satisfies the laws to 1e-9."""
-    rng, several = np.random.default_rng(5), 0
-    for _ in range(300):
-        A = rng.normal(size=(3, 3))
-        G, c = A @ A.T + 0.05 * np.eye(3), rng.normal(size=3)
-        mu = rng.uniform(0.0, 3.0) * G[0, 0] / np.linalg.norm(G[0, 1:])
-        found = classified(G, c, mu)
-        stick = -np.linalg.solve(G, c)
-        sticks = stick[0] > 0 and np.linalg.norm(stick[1:]) < mu * stick[0]
-        assert found.is_complete
-        assert found.n_solutions == int(c[0] > 0) + int(sticks) + slides_by_scan(G, c, mu)
-        several += found.n_solutions > 1
-        for solution in found.solutions:
-            la = solution.la[0]
-            a = acceleration(G, c, la)
-            assert la[0] >= 0 and a[0] >= -1e-9 and abs(la[0] * a[0]) < 1e-9 * (1 + la[0])
-            assert np.linalg.norm(la[1:]) <= mu * la[0] * (1 + 1e-12)
-            if solution.modes == ("slide",):
-                assert np.linalg.norm(la[1:]) == pytest.approx(mu * la[0], rel=1e-12)
-                assert la[1:] @ a[1:] == pytest.approx(-np.linalg.norm(la[1:]) * np.linalg.norm(a[1:]), rel=1e-7)
-            if solution.modes == ("stick",):
-                assert np.abs(a).max() < 1e-9 * (1 + np.abs(la).max())
-    assert several > 10
-
-
-def test_three_slides_at_once_are_found_where_no_p_is_negative():
-    """mu below G_NN/|G_NT| for every direction, so that no slide has p <= 0, and yet several solutions."""
-    rng, found = np.random.default_rng(0), 0
-    for _ in range(20_000):
-        A = rng.normal(size=(3, 3))
-        G, c = A @ A.T, rng.normal(size=3) * 10.0 ** rng.uniform(-1, 1, size=3)
-        mu = 0.97 * G[0, 0] / np.linalg.norm(G[0, 1:])
-        if c[0] < 0 and slides_by_scan(G, c, mu, 361) > 1 and slides_by_scan(G, c, mu) > 1:
-            c_ = classified(G, c, mu)
-            assert c_.n_solutions >= 2 and not c_.flags & FLAG.PAINLEVE
-            found += 1
-        if found == 2:
-            return
-    raise AssertionError("no such contact was met")
-
-
 def test_a_state_that_is_open_has_its_free_motion():
     system = of_matrix(np.eye(3), np.array([-1.0, 0.2, 0.3]), 0.5)
     c = ns.classify(system, 0.0, [1.0, 0, 0], [0, 0, 0])

@@ -13,22 +13,37 @@ eigenvalues of S, P_N'/P_N >= -mu |G_NT| / (G_NN (lambda_min + alpha)) and |P_T|
 
     mu |G_NT| / G_NN < lambda_min / lambda_max
 
-is enough. A slide with phi' < 0 is what one with p < 0 is in the plane.
+is enough. A slide with phi' < 0 is what one with p < 0 is in the plane. Whether no root was lost is decided exactly in
+rational numbers (contact/spatial/exact_count.py).
 Source: Bonnefon and Daviet, Quartic formulation of Coulomb 3D frictional contact, INRIA RT-0400 (2011).
 """
 
 from __future__ import annotations
 
 import math
+from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.single_spatial import slide_state
+from nonsmooth.contact.planar.single import FREE, STICK
 from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.dense import SINGULAR
 
+SLIDE = 6  # code: a slide in two directions, which has no sign, beside the modes of contact/planar/single.py
+MOST_SOLUTIONS = 6  # derived: open, stick, and four slides
 QUARTIC = 4  # derived: degree of q
 ROOT_HALVINGS = 60  # chosen: of an interval in (0, 1): to rounding
 NEAR_ROOT = 1e-2  # chosen: part of alpha within which a root of q is one of phi
 POLISHING_STEPS = 8  # chosen: of Newton's method: four from a root of q that is well apart from others
+
+
+class Answers(Block, most=MOST_SOLUTIONS):
+    """The solutions of one contact."""
+
+    P: Array[Floats, "most", 3]
+    modes: Array[Ints, "most"]
+    alphas: Array[Floats, QUARTIC]  # of the slides
+    chain: Array[Floats, QUARTIC + 1, QUARTIC + 1]  # scratch: q and its derivatives
 
 
 @kernel
@@ -82,6 +97,33 @@ def slide_spatial(G, k, c, mu, alpha):
     if resistance != 0.0:
         P_N = -c[0] / resistance
     return P_N, mu * P_N * d_1, mu * P_N * d_2
+
+
+@rare_kernel
+def list_solutions(G, k, c, mu, mu_static, answers):
+    """Write the impulse and the mode of every solution, free, stick and slides in this order; returns their number."""
+    P, modes, found = answers.P, answers.modes, 0
+    if c[0] >= 0.0:
+        P[0, 0], P[0, 1], P[0, 2], modes[0] = 0.0, 0.0, 0.0, FREE
+        found = 1
+    P_N, P_1, P_2, sticks = stick_spatial(G, k, c[0], c[1], c[2], mu_static)
+    if sticks:
+        P[found, 0], P[found, 1], P[found, 2], modes[found] = P_N, P_1, P_2, STICK
+        found += 1
+    elif mu == 0.0 and c[0] < 0.0 < G[k, 0, 0]:
+        P[found, 0], P[found, 1], P[found, 2], modes[found] = -c[0] / G[k, 0, 0], 0.0, 0.0, SLIDE
+        found += 1
+    for m in range(find_slides(G, k, c, mu, answers.chain, answers.alphas)):
+        P[found, 0], P[found, 1], P[found, 2] = slide_spatial(G, k, c, mu, answers.alphas[m])
+        modes[found] = SLIDE
+        found += 1
+    return found
+
+
+@kernel("int64(float64[:, :, ::1], float64[::1], float64, float64, int64)", takes_arrays=True)
+def list_of_one(G, c, mu, mu_static, answers_at):
+    """`list_solutions` of the contact with block G[0], for calls from Python."""
+    return list_solutions(G, 0, c, mu, mu_static, view(answers_at, Answers))
 
 
 @rare_kernel

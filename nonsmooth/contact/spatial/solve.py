@@ -4,7 +4,7 @@
     sticks   gamma = 0,     |P_T| <= mu_s P_N
     slides   gamma_N = 0,   P_T = -mu(|v|) P_N v / |v|,    v = (offset + gamma_T) / 2
 
-One contact by the exact solver (contact/blocks/one_contact.py), of which all solutions are known (all_spatial.py);
+One contact by the exact solver (contact/blocks/one_contact.py), of which all solutions are known (all_solutions.py);
 several by Gauss–Seidel and Newton's method (few_contacts.py, newton_few.py), each exact to rounding or not taken.
 
 v is the sliding velocity in the middle of the step, offset that before it: with the direction at the end of the step
@@ -26,13 +26,7 @@ from nonsmooth.contact.blocks.one_contact import decide_one, judge_one
 from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL
 from nonsmooth.contact.planar.selection import FREE, SLIDE_MINUS, SLIDE_PLUS, STICK, WORST_RANK, rank
 from nonsmooth.contact.planar.single import STILL_VELOCITY
-from nonsmooth.contact.spatial.all_solutions import (
-    find_slides,
-    is_saddle,
-    is_surely_unique,
-    slide_spatial,
-    stick_spatial,
-)
+from nonsmooth.contact.spatial.all_solutions import SLIDE, is_saddle, is_surely_unique, list_solutions
 from nonsmooth.contact.spatial.problem import (
     ROWS,
     Spatial,
@@ -48,7 +42,6 @@ from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction, static_coefficient
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
 
-SLIDE = 6  # code: candidate: a slide in two directions, which has no sign
 EXACT_SOLUTION = 1e-13  # chosen: some hundreds of roundings of the largest term
 MOST_SWEEPS = 2_000  # chosen: of Gauss–Seidel where Newton's method goes nowhere, as redundant contacts may
 MOST_PASSES = 60  # chosen: of coefficients and directions: a change of mu by dt of itself comes to rounding in ten
@@ -128,22 +121,17 @@ def sweep_long(rows, c, mu, P, gamma, rho):
 @rare_kernel
 def choose_one(error, work, spatial):
     """Of all solutions of one contact the one that the rule of selection takes: (error, number of solutions)."""
-    G, c, mu, P = spatial.G, spatial.c, spatial.mu[0], spatial.P
-    was_stuck, best, found = work.mode[0] == ContactMode.STICK, WORST_RANK, 0
-    if c[0] >= 0.0:
-        P[0], P[1], P[2] = 0.0, 0.0, 0.0
-        best, found = rank(FREE, False, was_stuck, False, work.selection), 1
-    P_N, P_1, P_2, sticks = stick_spatial(G, 0, c[0], c[1], c[2], mu)
-    if sticks:
-        its_rank, found = rank(STICK, False, was_stuck, False, work.selection), found + 1
-        if its_rank > best:
-            best, P[0], P[1], P[2] = its_rank, P_N, P_1, P_2
-    for m in range(find_slides(G, 0, c, mu, spatial.chain, spatial.alphas)):
-        its_rank = rank(SLIDE, is_saddle(G, 0, c, mu, spatial.alphas[m]), was_stuck, False, work.selection)
-        found += 1
+    G, c, mu, P, answers = spatial.G, spatial.c, spatial.mu[0], spatial.P, spatial.answers
+    modes, was_stuck, best, slides = answers.modes, work.mode[0] == ContactMode.STICK, WORST_RANK, 0
+    found = list_solutions(G, 0, c, mu, mu, answers)
+    for m in range(found):
+        is_left = modes[m] == SLIDE and is_saddle(G, 0, c, mu, answers.alphas[slides])
+        slides += 1 if modes[m] == SLIDE else 0
+        its_rank = rank(modes[m], is_left, was_stuck, False, work.selection)
         if its_rank > best:
             best = its_rank
-            P[0], P[1], P[2] = slide_spatial(G, 0, c, mu, spatial.alphas[m])
+            for a in range(ROWS):
+                P[a] = answers.P[m, a]
     if found > 1:
         error, _ = judge_one(G, c, spatial.mu, P, spatial.gamma, ROWS)
     return error, found
