@@ -25,6 +25,7 @@ MODELS = {
     "SelfLockingRod": "self_locking_rod",
     "SliderCrank": "slider_crank",
     "SlidingBlock": "sliding_block",
+    "SpatialPainleveRod": "spatial_painleve_rod",
     "SpragSlip": "sprag_slip",
     "WallPendulum": "pendulum",
     "Woodpecker": "woodpecker",

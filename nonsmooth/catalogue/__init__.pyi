@@ -38,6 +38,7 @@ from models.scenes.wrecking_ball import WreckingBall as WreckingBall
 from models.self_locking_rod import SelfLockingRod as SelfLockingRod
 from models.slider_crank import SliderCrank as SliderCrank
 from models.sliding_block import SlidingBlock as SlidingBlock
+from models.spatial_painleve_rod import SpatialPainleveRod as SpatialPainleveRod
 from models.sprag_slip import SpragSlip as SpragSlip
 from models.woodpecker import Woodpecker as Woodpecker
 from nonsmooth.catalogue.entries import load as load
