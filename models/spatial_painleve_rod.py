@@ -1,8 +1,8 @@
 """Painlevé's rod in space: a slender rod that slides on rough ground on its lower tip, and turns about the vertical.
 
-    e = (cos th cos ps, cos th sin ps, sin th)    from the tip to the centre, at the elevation th and the azimuth ps
-    tip = (x, y, z) - s e,    s = l/2,    kappa = m s^2/I,    h = (cos ps, sin ps, 0),    no spin about its own axis
-    a_tip = W la + g + s w^2 e,    W = (1/m) [(1 + kappa) 1 - kappa e e^T],    w^2 = th'^2 + ps'^2 cos^2 th
+    e = (cos th cos psi, cos th sin psi, sin th)    from the tip to the centre, at the elevation th and the azimuth psi
+    tip = (x, y, z) - s e,    s = l/2,    kappa = m s^2/I,    h = (cos psi, sin psi, 0),    no spin about its own axis
+    a_tip = W la + g + s w^2 e,    W = (1/m) [(1 + kappa) 1 - kappa e e^T],    w^2 = th'^2 + psi'^2 cos^2 th
 
 The tip slides along d, at the angle phi from -h (phi = 0: it drags ahead of the rod, as in the plane), with friction
 la = la_N (n - mu d), which leaves
@@ -10,7 +10,7 @@ la = la_N (n - mu d), which leaves
     gamma_N' = p la_N + b,    p = (1/m) [1 + kappa cos th (cos th - mu cos phi sin th)],    b = s w^2 sin th - g
 
 that is the rod of the plane with mu cos phi for mu, and w^2 for th'^2. What is new: phi turns of itself, since the
-force along h is not along d, and the spin ps' alone makes b positive.
+force along h is not along d, and the spin psi' alone makes b positive.
 Source: Champneys, Várkonyi, *IMA J. Appl. Math.* 81 (2016) 538; Cheesman, Hogan, Uldall Kristiansen, *The Painlevé
 paradox in three dimensions*, arXiv 2110.14324 (2021). Equations: docs/theory/painleve_in_space.md.
 """
@@ -69,17 +69,17 @@ def potential(t, q, p, V):
 
 
 def tip_state(t, s, p, x):
-    th, phi, thdot, psdot, slip, ps = s[0], s[1], s[2], s[3], s[4], s[5]
+    th, phi, thdot, psidot, slip, psi = s[0], s[1], s[2], s[3], s[4], s[5]
     a, b = 0.5 * p.l * math.sin(th), 0.5 * p.l * math.cos(th)
-    x[0], x[1], x[2], x[3], x[4] = b * math.cos(ps), b * math.sin(ps), a, th, ps
-    x[5] = -slip * math.cos(ps + phi) - a * math.cos(ps) * thdot - b * math.sin(ps) * psdot
-    x[6] = -slip * math.sin(ps + phi) - a * math.sin(ps) * thdot + b * math.cos(ps) * psdot
-    x[7], x[8], x[9] = b * thdot, thdot, psdot
+    x[0], x[1], x[2], x[3], x[4] = b * math.cos(psi), b * math.sin(psi), a, th, psi
+    x[5] = -slip * math.cos(psi + phi) - a * math.cos(psi) * thdot - b * math.sin(psi) * psidot
+    x[6] = -slip * math.sin(psi + phi) - a * math.sin(psi) * thdot + b * math.cos(psi) * psidot
+    x[7], x[8], x[9] = b * thdot, thdot, psidot
 
 
 @dataclass(frozen=True)
 class SpatialPainleveRod:
-    """Slender rod that slides on its lower tip over rough ground: q = (x, y, z, th, ps), centre, elevation, azimuth.
+    """Slender rod that slides on its lower tip over rough ground: q = (x, y, z, th, psi), centre, elevation, azimuth.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class SpatialPainleveRod:
     48.1897
     >>> rod.normal_forces(th=np.pi / 3, phi=0.4)
     ()
-    >>> len(rod.normal_forces(th=np.pi / 3, phi=0.4, psdot=12.0)), len(rod.normal_forces(th=np.pi / 3, phi=0.9))
+    >>> len(rod.normal_forces(th=np.pi / 3, phi=0.4, psidot=12.0)), len(rod.normal_forces(th=np.pi / 3, phi=0.9))
     (2, 1)
     """
 
@@ -124,7 +124,7 @@ class SpatialPainleveRod:
     name = "spatial-painleve-rod"
     source = "Champneys, Várkonyi, IMA J. Appl. Math. 81 (2016) 538; " \
              "Cheesman, Hogan, Uldall Kristiansen, arXiv 2110.14324 (2021)"  # fmt: skip
-    coordinates = (("x", "m"), ("y", "m"), ("z", "m"), ("th", "rad"), ("ps", "rad"))
+    coordinates = (("x", "m"), ("y", "m"), ("z", "m"), ("th", "rad"), ("psi", "rad"))
     parts = ("rod", "shadow")
     natural_state = staticmethod(tip_state)
     map_axes = (("th", 0.02, 1.55), ("phi", -math.pi / 2, math.pi / 2))
@@ -153,26 +153,28 @@ class SpatialPainleveRod:
         )  # fmt: skip
 
     def state(
-        self, th: float = math.pi / 3, phi: float = 0.4, thdot: float = 0.0, psdot: float = 0.0, slip: float = 1.0,
-        ps: float = 0.0,
+        self, th: float = math.pi / 3, phi: float = 0.4, thdot: float = 0.0, psidot: float = 0.0, slip: float = 1.0,
+        psi: float = 0.0,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """q0 (5,) and u0 (5,) with the tip at the origin, neither rising nor falling.
 
         Parameters
         ----------
-        th, ps : float
+        th, psi : float
             Elevation and azimuth [rad].
         phi : float
-            Angle of the slide from -h [rad], counted as ps is.
-        thdot, psdot : float
+            Angle of the slide from -h [rad], counted as psi is.
+        thdot, psidot : float
             Their rates [rad/s].
         slip : float
             Speed of the tip [m/s]; 0: it rests.
         """
         angles = [as_number(name, x, "rad") for name, x in (("th", th), ("phi", phi))]
-        rates = [as_number(name, x, "rad/s") for name, x in (("thdot", thdot), ("psdot", psdot))]
+        rates = [as_number(name, x, "rad/s") for name, x in (("thdot", thdot), ("psidot", psidot))]
         state = np.zeros(10)
-        tip_state(0.0, (*angles, *rates, as_non_negative("slip", slip, "m/s"), as_number("ps", ps, "rad")), self, state)
+        tip_state(
+            0.0, (*angles, *rates, as_non_negative("slip", slip, "m/s"), as_number("psi", psi, "rad")), self, state
+        )
         return state[:5], state[5:]
 
     def kappa(self) -> float:
@@ -188,24 +190,24 @@ class SpatialPainleveRod:
         """p of gamma_N' = p la_N + b in the direction phi of slip [1/kg]."""
         return (1 + self.kappa() * math.cos(th) * (math.cos(th) - self.mu * math.cos(phi) * math.sin(th))) / self.m
 
-    def b(self, th: float, thdot: float = 0.0, psdot: float = 0.0) -> float:
-        """The free normal acceleration of the tip, (l/2) (th'^2 + ps'^2 cos^2 th) sin th - g [m/s^2]."""
-        return 0.5 * self.l * (thdot**2 + (psdot * math.cos(th)) ** 2) * math.sin(th) - self.g
+    def b(self, th: float, thdot: float = 0.0, psidot: float = 0.0) -> float:
+        """The free normal acceleration of the tip, (l/2) (th'^2 + psi'^2 cos^2 th) sin th - g [m/s^2]."""
+        return 0.5 * self.l * (thdot**2 + (psidot * math.cos(th)) ** 2) * math.sin(th) - self.g
 
-    def normal_forces(self, th: float, phi: float, thdot: float = 0.0, psdot: float = 0.0) -> tuple[float, ...]:
+    def normal_forces(self, th: float, phi: float, thdot: float = 0.0, psidot: float = 0.0) -> tuple[float, ...]:
         """Every la_N that solves 0 <= la_N _|_ p la_N + b >= 0 [N], in increasing order."""
-        p, b = self.p(th, phi), self.b(th, thdot, psdot)
+        p, b = self.p(th, phi), self.b(th, thdot, psidot)
         return ((0.0,) if b >= 0 else ()) + ((-b / p,) if b * p < 0 else ())
 
     def slip_acceleration(
-        self, th: float, phi: float, thdot: float = 0.0, psdot: float = 0.0, la_N: float = 0.0
+        self, th: float, phi: float, thdot: float = 0.0, psidot: float = 0.0, la_N: float = 0.0
     ) -> tuple[float, float]:
         """Acceleration of the tip along its slide, and to the left of it [m/s^2].
 
-        The speed v of the slide grows by the first; phi' is the second over v, less ps'.
+        The speed v of the slide grows by the first; phi' is the second over v, less psi'.
         """
         kappa, ahead, side = self.kappa(), -math.cos(phi), math.sin(phi)  # h along d, and to its left
-        free = 0.5 * self.l * (thdot**2 + (psdot * math.cos(th)) ** 2) * math.cos(th)
+        free = 0.5 * self.l * (thdot**2 + (psidot * math.cos(th)) ** 2) * math.cos(th)
         tilt = kappa * math.cos(th) * (math.sin(th) - self.mu * math.cos(th) * ahead) / self.m
         return (free - la_N * tilt) * ahead - la_N * self.mu * (1 + kappa) / self.m, (free - la_N * tilt) * side
 
@@ -239,7 +241,7 @@ class SpatialPainleveRod:
         return math.atan(half - math.sqrt(discriminant)), math.atan(half + math.sqrt(discriminant))
 
     def lift_off_spin(self, th: float, thdot: float = 0.0) -> float:
-        """ps' above which b > 0 [rad/s]; 0 where th' alone lifts the tip."""
+        """psi' above which b > 0 [rad/s]; 0 where th' alone lifts the tip."""
         lacking = self.g / (0.5 * self.l * math.sin(th)) - thdot**2
         return math.sqrt(lacking) / math.cos(th) if lacking > 0 else 0.0
 
@@ -252,13 +254,13 @@ class SpatialPainleveRod:
         return self.lift_off_spin(th), th
 
     def critical_spins(self, phi: float = 0.0) -> tuple[float, float] | None:
-        """Psi_1 and Psi_2, ps' of p = b = 0 with th' = 0 at th_1 and th_2 [rad/s], or None."""
+        """Psi_1 and Psi_2, psi' of p = b = 0 with th' = 0 at th_1 and th_2 [rad/s], or None."""
         angles = self.paradoxical_angles(phi)
         return None if angles is None else (self.lift_off_spin(angles[0]), self.lift_off_spin(angles[1]))
 
-    def genot_brogliato_rate(self, th: float, psdot: float = 0.0) -> float | None:
-        """|th'| with b = 0 [rad/s], where p = 0 a point of p = b = 0; None where ps' alone lifts the tip."""
-        square = self.g / (0.5 * self.l * math.sin(th)) - (psdot * math.cos(th)) ** 2
+    def genot_brogliato_rate(self, th: float, psidot: float = 0.0) -> float | None:
+        """|th'| with b = 0 [rad/s], where p = 0 a point of p = b = 0; None where psi' alone lifts the tip."""
+        square = self.g / (0.5 * self.l * math.sin(th)) - (psidot * math.cos(th)) ** 2
         return math.sqrt(square) if square >= 0 else None
 
     def shape(self, q: np.ndarray) -> list[np.ndarray]:

@@ -28,6 +28,7 @@ from models import (
     RockingBlock,
     SelfLockingRod,
     SlidingBlock,
+    SpatialPainleveRod,
     SpragSlip,
     Woodpecker,
 )
@@ -342,11 +343,14 @@ def test_cells_of_a_sweep_have_the_same_bits_at_both_speeds():
         assert compiled.equals(swept())
 
 
-def test_cells_of_a_map_have_the_same_bits_at_both_speeds():
-    axes = {"th": np.linspace(0.3, 1.4, 4), "mu": [0.5, 2.0], "slip": [-1.0, 0.0, 1.0]}
-    compiled = ns.paradox_map(PainleveRod(), **axes)
+@pytest.mark.parametrize(("rod", "axes"), [
+    (PainleveRod(), {"th": np.linspace(0.3, 1.4, 4), "mu": [0.5, 2.0], "slip": [-1.0, 0.0, 1.0]}),
+    (SpatialPainleveRod(), {"th": np.linspace(0.3, 1.4, 4), "phi": [-0.9, 0.3], "slip": [0.0, 1.0], "mu": [0.5, 2.0]}),
+], ids=["plane", "space"])  # fmt: skip
+def test_cells_of_a_map_have_the_same_bits_at_both_speeds(rod, axes):
+    compiled = ns.paradox_map(rod, **axes)
     with interpreter():
-        assert compiled.equals(ns.paradox_map(PainleveRod(), **axes))
+        assert compiled.equals(ns.paradox_map(rod, **axes))
 
 
 # contact problems, complementarity problems, paradoxes

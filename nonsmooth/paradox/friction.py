@@ -1,7 +1,8 @@
 """Critical friction: the least coefficient with which a contact can be paradoxical at a configuration.
 
-    p_s = G_NN - s mu G_NF < 0    needs    mu > G_NN/|G_NF|
+    p = G_NN - mu G_NF d < 0,  |d| = 1,    needs    mu > G_NN/|G_NF|
 
+which the direction d of G_NF meets first; in the plane d is a sign.
 For the slender rod it is (1 + 3 cos^2 th)/(3 sin th cos th), least at arctan 2 with 4/3. Source: Génot, Brogliato,
 *Eur. J. Mech. A/Solids* 18 (1999) 653; docs/theory/painleve.md, (3) and (4).
 """
@@ -15,7 +16,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System
 from nonsmooth.scenes.given import as_model
 
@@ -31,7 +32,7 @@ class LeastFriction(NamedTuple):
 
 
 def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float = 0.0) -> float:
-    """G_NN/|G_NF| of a contact: above it p < 0 for one direction of sliding.
+    """G_NN/|G_NF| of a contact: above it p < 0 for some direction of sliding.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float =
     >>> round(ns.critical_friction(rod, rod.state(th=math.pi / 3)[0]), 6)
     1.347151
     """
-    system = as_planar(as_model(system), "critical_friction")
+    system = as_system(as_model(system))
     i = checked_contact(system, contact)
     return _critical_friction(system, as_number("t", t, "s"), as_vector("q", q, system.n_q), i)
 
@@ -96,7 +97,7 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     """
     from scipy.optimize import minimize_scalar
 
-    system = as_planar(as_model(system), "critical_friction")
+    system = as_system(as_model(system))
     i, j = checked_contact(system, contact), system.described.coordinate(coordinate)
     q, t = as_vector("q", q, system.n_q), as_number("t", t, "s")
     low, high = as_vector("between", between, 2)
@@ -118,11 +119,12 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
 
 def _critical_friction(system: System, t: float, q: np.ndarray, i: int) -> float:
     u = np.zeros(system.n_u)
-    W = np.stack([system.evaluate(NORMAL, t, q, u)[i], system.evaluate(TANGENT, t, q, u)[i, 0]])
+    W = np.vstack([system.evaluate(NORMAL, t, q, u)[i], system.evaluate(TANGENT, t, q, u)[i, : system.kinds[i, 1]]])
     G = W @ np.linalg.solve(system.evaluate(MASS, t, q, u), W.T)
-    if not abs(G[0, 1]) > ANGLE * math.sqrt(G[0, 0] * G[1, 1]):
+    coupling = float(np.linalg.norm(G[0, 1:]))
+    if not coupling > ANGLE * math.sqrt(G[0, 0] * np.trace(G[1:, 1:])):
         return math.inf
-    return float(G[0, 0] / abs(G[0, 1]))
+    return float(G[0, 0] / coupling)
 
 
 def checked_contact(system: System, contact: int | str) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector, is_number, result_of
-from nonsmooth.contact.planar.forces import FORCES_KEPT, Forces, Outcome
+from nonsmooth.contact.planar.forces import FORCES_KEPT, Outcome
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.jit import CannotCompile, interpreted, load_all
 from nonsmooth.jit.blocks import new
@@ -21,7 +21,7 @@ from nonsmooth.mechanics.compiled import Model, Shelf, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.laws import LAW_C, LAW_E_F, LAW_E_N
-from nonsmooth.mechanics.model_system import as_planar, as_system, with_values
+from nonsmooth.mechanics.model_system import as_system, with_values
 from nonsmooth.mechanics.start import (
     CoordinateState,
     describing,
@@ -35,7 +35,7 @@ from nonsmooth.mechanics.start import (
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
-from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
+from nonsmooth.paradox.state_problem import decide_redundant, entry_points, new_forces
 from nonsmooth.scenes.given import as_model
 
 
@@ -93,7 +93,7 @@ class Points:
         self.fixed = {name: as_number(name, value) for name, value in fixed.items()}
         changes = {name: value for name, value in self.fixed.items() if name not in self.variables}
         self.model = with_values(model, changes)
-        self.system = as_planar(self.model, "a map of states")
+        self.system = as_system(self.model)
         self._natural = self._shelf_of_natural()
         self._is_inspected = False
 
@@ -155,7 +155,7 @@ class Points:
             Where there is no compiled natural state; found by `state_at` when left out.
         """
         model = model_of(self.system)
-        load_search(model)
+        load_search(self.system, model)
         self._inspect(columns, states)
         has_natural = self.natural is not None and model.is_compiled
         if not has_natural and states is None:
@@ -190,7 +190,7 @@ class Points:
         system = self.system
         n_c = max(1, system.n_c)
         room = kept if n_c == 1 else max(kept, FORCES_KEPT)
-        forces = new(Forces, **system.sizes, kept=room)
+        forces = new_forces(system, kept=room)
         if is_redundant:
             decide_redundant(forces, model.is_compiled)
         compiled = self.natural if states is None else None
@@ -219,7 +219,7 @@ class Points:
             table.values[j] = values
             kind = VARIABLE if name in self.variables else PARAMETER
             table.names[j] = kind, places[kind].index(name)
-        table.links[:] = links
+        table.links[:], table.d = links, system.d
         if states is None:
             table.s[:] = [self.default(name) for name in self.variables]
         else:
@@ -227,10 +227,10 @@ class Points:
         return table
 
 
-def load_search(model: Model) -> None:
+def load_search(system: System, model: Model) -> None:
     """Compile what the search calls."""
     if model.is_compiled:
-        load_all((*ENTRY_POINTS, search_points))
+        load_all((*entry_points(system), search_points))
 
 
 def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

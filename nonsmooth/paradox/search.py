@@ -9,21 +9,24 @@ from __future__ import annotations
 import math
 from typing import Annotated as Array
 
-from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state, solution_of
-from nonsmooth.contact.planar.single import PULL_MINUS
+from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state, sliding_speed, solution_of
+from nonsmooth.contact.planar.single import PULL_MINUS, SLIDE_PLUS
+from nonsmooth.contact.spatial.forces import forces_in_space
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
 VARIABLE, PARAMETER = 0, 1  # code: what a name sets
-NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # code: codes of modes beside those of contact.planar.single
+# code: codes of modes beside those of contact.planar.single; a slide in two directions has no sign
+NO_SOLUTION, OPEN, SLIDE_IN_SPACE = -1, PULL_MINUS + 1, PULL_MINUS + 2
 NATURAL = 0  # code: the only function of a compiled natural state
 
 
 class Table(Block):
     """What the points are made of, and what is found there. a = names, m = points, c = contacts, k = kept."""
 
+    d: int  # directions of friction
     values: Array[Floats, "a", "m"]  # of each name at each point
     names: Array[Ints, "a", 2]  # VARIABLE or PARAMETER, and its place in s or p
     links: Array[Ints, "l", 3]  # contact, column of its law, place in p: coefficients that are parameters
@@ -66,7 +69,10 @@ def search_points(sys_at, natural, t, forces_at, table_at):
             q[j] = x[j]
         for j in range(u.shape[0]):
             u[j] = x[n_q + j]
-        outcome, found, n_k, _ = forces_at_state(sys_at, t, q, u, forces_at)
+        if table.d > 1:
+            outcome, found, n_k, _ = forces_in_space(sys_at, t, q, u, forces_at)
+        else:
+            outcome, found, n_k, _ = forces_at_state(sys_at, t, q, u, forces_at)
         table.outcome[m] = outcome
         table.number[m] = found
         write_coefficients(sys, m, n_k, forces, table)
@@ -85,12 +91,13 @@ def set_point(m, sys, table):
 
 @kernel
 def write_coefficients(sys, m, n_k, forces, table):
-    """p, b and gamma_F of each closed contact; nan where a contact is open or has no such row."""
+    """p, b and gamma_F of each closed contact, with two directions the speed; nan where a contact is open or has no
+    such row."""
     work, kinds, nan = forces.work, sys.kinds, math.nan
     for i in range(sys.n_c):
         table.p_s[m, i] = nan
         table.b[m, i] = nan
-        table.gamma_F[m, i] = forces.gamma[i, 1]
+        table.gamma_F[m, i] = forces.gamma[i, 1] if kinds[i, 1] < 2 else sliding_speed(i, forces.gamma)
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 0] == GIVEN_FORCE:
@@ -101,6 +108,9 @@ def write_coefficients(sys, m, n_k, forces, table):
         if kinds[i, 1] > 0:
             tilt = forces.mu[k] * work.G[a, a + 1]
             s = forces.slip[k]
+            if s == 0 and kinds[i, 1] > 1:  # the worst of all directions
+                g_1, g_2 = work.G[a, a + 1], work.G[a, a + 2]
+                tilt = forces.mu[k] * math.sqrt(g_1 * g_1 + g_2 * g_2)
             table.p_s[m, i] -= abs(tilt) if s == 0 or kinds[i, 0] == BILATERAL else s * tilt
 
 
@@ -116,6 +126,7 @@ def write_solutions(sys, m, found, n_k, forces, table):
     for j in range(min(found, kept, forces.la.shape[0])):
         for k in range(n_k):
             i, row = forces.work.closed[k], solution_of(j, forces.island[k], forces)
-            table.modes[m, j * n_c + i] = forces.candidate[row, k]
+            mode = forces.candidate[row, k]
+            table.modes[m, j * n_c + i] = SLIDE_IN_SPACE if kinds[i, 1] > 1 and mode >= SLIDE_PLUS else mode
             given = kinds[i, 0] == GIVEN_FORCE
             table.la_N[m, j * n_c + i] = forces.normal[k] if given else forces.la[row, forces.work.start[k]]

@@ -16,8 +16,9 @@ import numpy as np
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.forces import FORCES_KEPT, Forces, Outcome, forces_at_state
 from nonsmooth.contact.planar.redundant import enumerate_redundant
+from nonsmooth.contact.spatial.forces import SpatialForces, forces_in_space
 from nonsmooth.errors import InvalidInput
-from nonsmooth.jit import interpreted, load_all
+from nonsmooth.jit import Kernel, interpreted, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.compiled import Model, model_of
@@ -30,8 +31,6 @@ from nonsmooth.numerics.rounding import rounding_of_sum
 
 STATE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 _memory = threading.local()
-# what a search may reach, but for redundant contacts
-ENTRY_POINTS = (enumerate_modes, forces_at_state, acceleration_problem_apart)
 WHY = CONTRADICTIONS | {
     Situation.LANDING: "{name} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
     "state after it",
@@ -174,11 +173,12 @@ class Desk:
 
     def __init__(self, system: System, model: Model) -> None:
         has = model_facts(system)
-        self.model, self.arrays = model, kept_block(has, system.sizes)
+        self.model, self.arrays = model, kept_block(has, system)
         self.sys = new_sys(system, model.handle, has)
+        search = search_of(system)
         if model.is_compiled:
-            load_all(ENTRY_POINTS)
-        self._search = forces_at_state.compiled if model.is_compiled else interpreted(forces_at_state)
+            load_all(entry_points(system))
+        self._search = search.compiled if model.is_compiled else interpreted(search)
         blocks = self.sys, self.arrays
         self._sys, self._arrays = [block.address if model.is_compiled else block for block in blocks]
 
@@ -186,6 +186,21 @@ class Desk:
         """All forces at a state into the arrays: (Outcome, solutions, closed contacts, rows)."""
         outcome, total, n, r = self._search(self._sys, t, q, u, self._arrays)
         return int(outcome), int(total), int(n), int(r)  # the interpreter has NumPy's
+
+
+def search_of(system: System) -> Kernel:
+    """The search for the forces of a state, by the directions of friction."""
+    return forces_in_space if system.d > 1 else forces_at_state
+
+
+def entry_points(system: System) -> tuple[Kernel, ...]:
+    """What a search may reach, but for redundant contacts."""
+    return enumerate_modes, search_of(system), acceleration_problem_apart
+
+
+def new_forces(system: System, **others: int) -> Forces:
+    """The memory of a search."""
+    return new(SpatialForces if system.d > 1 else Forces, **system.sizes, **others)
 
 
 def desk_of(system: System) -> Desk:
@@ -235,15 +250,15 @@ def forces_found(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Foun
     )  # fmt: skip
 
 
-def kept_block(has: int, sizes: dict[str, int]) -> Forces:
+def kept_block(has: int, system: System) -> Forces:
     """The thread's memory for systems with these functions and sizes; making it anew takes longer than the search.
 
     What a function of the system writes is written in every search; what no function writes stays zero.
     """
     blocks = _memory.__dict__.setdefault("blocks", {})
-    key = has, *sizes.values()
+    key = has, *system.sizes.values()
     if key not in blocks:
-        blocks[key] = new(Forces, **sizes)
+        blocks[key] = new_forces(system)
     return blocks[key]
 
 

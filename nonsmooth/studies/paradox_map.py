@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MODES = {
     -1: "no_solution", 0: "free", 1: "stick_or_closed", 2: "slide_plus", 3: "slide_minus",
-    4: "slide_plus_pulled", 5: "slide_minus_pulled", 6: "open",
+    4: "slide_plus_pulled", 5: "slide_minus_pulled", 6: "open", 7: "slide",
 }  # fmt: skip
 MOST_MAP_POINTS = 100_000_000  # chosen: of one map: its results are some ten gigabytes then
 WHOLE_NUMBERS = {  # the results in order, and what those are that a sweep holds as floats
@@ -65,7 +65,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int 
     -------
     xarray.Dataset
         Over the axes: ``n_solutions``; ``kind``, codes of `ParadoxKind`; ``p``, ``b``, ``gamma_F`` of each contact, p
-        the least of the slides that the state admits, so that p < 0 is the paradox; ``la_N`` and ``modes`` of each
+        the least of the slides that the state admits, so that p < 0 is the paradox, gamma_F with friction in two
+        directions the speed; ``la_N`` and ``modes`` of each
         solution. The attributes ``flag_values`` and ``flag_meanings`` explain codes; the dimension ``contact`` is there
         with several contacts. After Ctrl-C it ends with the value of the first axis that was reached, states that
         were not have the kind NOT_REACHED, and the attribute ``interrupted`` is 1. `plot_map` draws it.

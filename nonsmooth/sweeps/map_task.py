@@ -120,7 +120,8 @@ class MapTask:
 
     def load(self) -> None:
         """Compile the search."""
-        load_search(model_of(as_system(self.model)))
+        system = as_system(self.model)
+        load_search(system, model_of(system))
 
     def __call__(self, columns: Columns) -> Batch:
         """Search the states of a batch."""

@@ -14,63 +14,63 @@ FLAG, KIND = ns.ParadoxFlag, ns.ParadoxKind
 
 
 def states(n, seed=1):
-    """th, phi, thdot, psdot, ps at random, with signs of p and b of every kind."""
+    """th, phi, thdot, psidot, psi at random, with signs of p and b of every kind."""
     rng = np.random.default_rng(seed)
     return zip(rng.uniform(0.05, 1.5, n), rng.uniform(-1.5, 1.5, n), rng.uniform(-6, 6, n), rng.uniform(-8, 8, n),
                rng.uniform(-3, 3, n), strict=True)  # fmt: skip
 
 
-def axis(th, ps):
-    return np.array([math.cos(th) * math.cos(ps), math.cos(th) * math.sin(ps), math.sin(th)])
+def axis(th, psi):
+    return np.array([math.cos(th) * math.cos(psi), math.cos(th) * math.sin(psi), math.sin(th)])
 
 
-def tip_acceleration(rod, th, thdot, psdot, ps, force):
+def tip_acceleration(rod, th, thdot, psidot, psi, force):
     """By vectors alone: m r_C'' = F + m g, (I e x e')' = -s e x F, |e| = 1, and the tip is r_C - s e."""
-    e, s = axis(th, ps), rod.l / 2
-    rate = thdot * np.array([-math.sin(th) * math.cos(ps), -math.sin(th) * math.sin(ps), math.cos(th)])
-    rate += psdot * np.cross(UP, e)
+    e, s = axis(th, psi), rod.l / 2
+    rate = thdot * np.array([-math.sin(th) * math.cos(psi), -math.sin(th) * math.sin(psi), math.cos(th)])
+    rate += psidot * np.cross(UP, e)
     e_2 = np.cross(np.cross(-s * e, force) / rod.I, e) - rate @ rate * e
     return force / rod.m - rod.g * UP - s * e_2
 
 
-def direction(phi, ps):
-    return -np.array([math.cos(ps + phi), math.sin(ps + phi), 0.0])
+def direction(phi, psi):
+    return -np.array([math.cos(psi + phi), math.sin(psi + phi), 0.0])
 
 
 def test_closed_forms_are_those_of_newton_and_euler():
-    for th, phi, thdot, psdot, ps in states(2000):
-        d, la_N = direction(phi, ps), 3.0
+    for th, phi, thdot, psidot, psi in states(2000):
+        d, la_N = direction(phi, psi), 3.0
         free, pressed = (
-            tip_acceleration(ROD, th, thdot, psdot, ps, N * (UP - ROD.mu * d)) for N in (0.0, la_N)
+            tip_acceleration(ROD, th, thdot, psidot, psi, N * (UP - ROD.mu * d)) for N in (0.0, la_N)
         )  # fmt: skip
         size = 1e-12 * (np.abs(free).max() + np.abs(pressed).max())
-        assert ROD.b(th, thdot, psdot) == pytest.approx(free[2], abs=size)
-        assert ROD.p(th, phi) * la_N + ROD.b(th, thdot, psdot) == pytest.approx(pressed[2], abs=size)
-        along, left = ROD.slip_acceleration(th, phi, thdot, psdot, la_N)
+        assert ROD.b(th, thdot, psidot) == pytest.approx(free[2], abs=size)
+        assert ROD.p(th, phi) * la_N + ROD.b(th, thdot, psidot) == pytest.approx(pressed[2], abs=size)
+        along, left = ROD.slip_acceleration(th, phi, thdot, psidot, la_N)
         assert along == pytest.approx(d @ pressed, abs=size)
         assert left == pytest.approx(np.cross(UP, d) @ pressed, abs=size)
-        h = np.array([math.cos(ps), math.sin(ps), 0.0])
-        columns = [tip_acceleration(ROD, th, thdot, psdot, ps, F) - free for F in (UP, h, np.cross(UP, h))]
+        h = np.array([math.cos(psi), math.sin(psi), 0.0])
+        columns = [tip_acceleration(ROD, th, thdot, psidot, psi, F) - free for F in (UP, h, np.cross(UP, h))]
         G = np.array([[row @ column for column in columns] for row in (UP, h, np.cross(UP, h))])
         np.testing.assert_allclose(ROD.delassus(th), G, atol=1e-12 * G.max())
 
 
 def test_every_state_is_classified_as_the_closed_forms_say():
     met = set()
-    for th, phi, thdot, psdot, ps in states(400, seed=2):
-        state = ROD.state(th, phi, thdot, psdot, 0.8, ps)
-        c, p, b = ns.classify(ROD, 0.0, *state), ROD.p(th, phi), ROD.b(th, thdot, psdot)
-        exact = ROD.normal_forces(th, phi, thdot, psdot)
+    for th, phi, thdot, psidot, psi in states(400, seed=2):
+        state = ROD.state(th, phi, thdot, psidot, 0.8, psi)
+        c, p, b = ns.classify(ROD, 0.0, *state), ROD.p(th, phi), ROD.b(th, thdot, psidot)
+        exact = ROD.normal_forces(th, phi, thdot, psidot)
         met.add((p > 0, bool(b > 0)))
         assert c.is_complete and c.mode == ("sliding",)
         assert c.p[0] == pytest.approx(p, abs=1e-12 * (1 + ROD.kappa() * (1 + ROD.mu)) / ROD.m)
         assert c.b[0] == pytest.approx(b, abs=1e-12 * (abs(b) + 2 * ROD.g))
         assert c.kind == (KIND.INCONSISTENT, KIND.REGULAR, KIND.INDETERMINATE)[len(exact)]
         assert bool(c.flags & FLAG.PAINLEVE) == (p <= 0)
-        np.testing.assert_allclose(c.direction[0], direction(phi, ps)[:2], atol=1e-12)
+        np.testing.assert_allclose(c.direction[0], direction(phi, psi)[:2], atol=1e-12)
         assert [s.modes for s in c.solutions] == [("slide",) if la > 0 else ("free",) for la in exact]
         for solution, la_N in zip(c.solutions, exact, strict=True):
-            force = la_N * (UP - ROD.mu * direction(phi, ps))
+            force = la_N * (UP - ROD.mu * direction(phi, psi))
             np.testing.assert_allclose(solution.la[0], force[[2, 0, 1]], rtol=1e-11, atol=1e-12 * (1 + la_N))
             centre = force / ROD.m - ROD.g * UP
             np.testing.assert_allclose(solution.du[:3], centre, rtol=1e-11, atol=1e-11 * (1 + la_N))
@@ -80,13 +80,13 @@ def test_every_state_is_classified_as_the_closed_forms_say():
 def test_at_rest_the_rod_has_one_answer():
     """That of its round cone in the axes of the ground: where b > 0, e . a_tip > 0 too, and sticking would pull. p is
     the least of all directions, that of phi = 0."""
-    for th, _, thdot, psdot, ps in states(200, seed=3):
-        c = ns.classify(ROD, 0.0, *ROD.state(th, 0.0, thdot, psdot, 0.0, ps))
-        h = np.array([math.cos(ps), math.sin(ps)])
+    for th, _, thdot, psidot, psi in states(200, seed=3):
+        c = ns.classify(ROD, 0.0, *ROD.state(th, 0.0, thdot, psidot, 0.0, psi))
+        h = np.array([math.cos(psi), math.sin(psi)])
         R = np.eye(3)
         R[1:, 1:] = np.column_stack([h, [-h[1], h[0]]])
         G = R @ ROD.delassus(th) @ R.T
-        free = tip_acceleration(ROD, th, thdot, psdot, ps, np.zeros(3))[[2, 0, 1]]
+        free = tip_acceleration(ROD, th, thdot, psidot, psi, np.zeros(3))[[2, 0, 1]]
         found = ns.contact_solutions(G, free, ROD.mu)
         assert c.is_complete and c.mode == ("resting",) and [s.modes[0] for s in c.solutions] == list(found.modes)
         for solution, P in zip(c.solutions, found.P, strict=True):

@@ -560,8 +560,6 @@ def test_a_system_that_cannot_be_is_refused(changes, said):
     lambda s: ns.simulate(s, (0, 1), [0, 0, 0], [1, 0, 0], integrator=ns.Adaptive(1e-6)),
     lambda s: ns.simulate(s, (0, 1), [0, 0, 0], [1, 0, 0], integrator=ns.Penalty(stiffness=1e6)),
     lambda s: ns.limit_cycle(s, state=([0, 0, 0], [1, 0, 0])),
-    lambda s: ns.critical_friction(s, q=[0, 0, 0]),
-    lambda s: ns.paradox_map(s, mu=[0.1, 0.2], x=[0.0, 1.0]),
     ns.linearise, ns.equilibrium,
 ])  # fmt: skip
 def test_who_cannot_says_so_and_names_who_can(ask):

@@ -17,6 +17,7 @@ Source: Lötstedt, *ZAMM* 61 (1981) 605; Génot, Brogliato, *Eur. J. Mech. A/Sol
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum
 from typing import Annotated as Array
 
@@ -48,7 +49,7 @@ class Forces(Block, most=MAX_CONTACTS, kept=FORCES_KEPT, c="max(1, n_c)", r="max
     work: Array[Work, "n_q = n_q"]
     rates: Array[Floats, 4, "r"]
     situation: Array[Ints, "c"]  # of every contact
-    gamma: Array[Floats, "c", 2]  # gamma_N, gamma_F of every contact
+    gamma: Array[Floats, "c", "max(2, 1 + d)"]  # gamma_N, gamma_F of every contact
     slip: Array[Ints, "c"]  # sign of sliding of each closed contact, 0 at rest
     mu: Array[Floats, "c"]  # of each closed contact, at its present speed
     mu_static: Array[Floats, "c"]
@@ -105,18 +106,34 @@ def forces_at_state(sys_at, t, q, u, forces_at):
 @kernel
 def forces_of_closed(sys, t, q, u, n_k, forces):
     """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
+    is_finite, r = set_up_closed(sys, t, q, u, n_k, forces)
+    if not is_finite:
+        return Outcome.NOT_FINITE.value, 0, r
+    outcome, found = find_forces(sys, n_k, forces)
+    return outcome, found, r
+
+
+@kernel
+def set_up_closed(sys, t, q, u, n_k, forces):
+    """Fill work, coefficients and given forces of the n_k contacts in work.closed: (whether they are numbers, rows)."""
     work, kinds, laws = forces.work, sys.kinds, sys.laws
     status, r = acceleration_problem_apart(address(sys), t, q, u, n_k, forces.rates, address(work))
     if status != Status.RUNNING:
-        return Outcome.NOT_FINITE.value, 0, r
+        return False, r
     for k in range(n_k):
         i = work.closed[k]
-        v = abs(forces.gamma[i, 1])
-        forces.mu[k] = friction_coefficient(laws, i, v) if kinds[i, 1] > 0 else 0.0
+        forces.mu[k] = friction_coefficient(laws, i, sliding_speed(i, forces.gamma)) if kinds[i, 1] > 0 else 0.0
         forces.mu_static[k] = static_coefficient(laws, i) if kinds[i, 1] > 0 else 0.0
         forces.normal[k] = max(0.0, work.N[i])
-    outcome, found = find_forces(sys, n_k, forces)
-    return outcome, found, r
+    return True, r
+
+
+@kernel
+def sliding_speed(i, gamma):
+    """|gamma_F| of a contact."""
+    if gamma.shape[1] == 2:
+        return abs(gamma[i, 1])
+    return math.sqrt(gamma[i, 1] * gamma[i, 1] + gamma[i, 2] * gamma[i, 2])
 
 
 @kernel
@@ -139,20 +156,21 @@ def list_closed(sys, t, q, u, forces):
     r = 0
     surface = 0.0
     for i in range(n_c):
-        gamma[i, 0] = 0.0
-        gamma[i, 1] = 0.0
+        for axis in range(gamma.shape[1]):
+            gamma[i, axis] = 0.0
         if kinds[i, 0] != GIVEN_FORCE:
             gamma[i, 0] = work.gamma_0[r]
             r += 1
-        if kinds[i, 1] > 0:
-            gamma[i, 1] = work.gamma_0[r]
-            surface = max(surface, abs(gamma[i, 1]))
+        for axis in range(kinds[i, 1]):
+            gamma[i, 1 + axis] = work.gamma_0[r]
             r += 1
+        surface = max(surface, sliding_speed(i, gamma))
     near, slow, still = tolerances_of_state(length, speed, surface)
     n_k = 0
     is_admissible = True
     for i in range(n_c):
-        situation[i] = find_situation(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], near, slow, still, False)
+        speed = sliding_speed(i, gamma)
+        situation[i] = find_situation(kinds[i, 0], work.g_N[i], gamma[i, 0], speed, near, slow, still, False)
         if situation[i] == Situation.RESTING or situation[i] == Situation.SLIDING:
             work.closed[n_k] = i
             n_k += 1

@@ -37,9 +37,13 @@ NEAR_ROOT = 1e-2  # chosen: part of alpha within which a root of q is one of phi
 POLISHING_STEPS = 8  # chosen: of Newton's method: four from a root of q that is well apart from others
 
 
-class Answers(Block, most=MOST_SOLUTIONS):
-    """The solutions of one contact."""
+class OneContact(Block, most=MOST_SOLUTIONS):
+    """One contact, and all its solutions."""
 
+    mu: float
+    mu_static: float
+    G: Array[Floats, 1, 3, 3]
+    c: Array[Floats, 3]
     P: Array[Floats, "most", 3]
     modes: Array[Ints, "most"]
     alphas: Array[Floats, QUARTIC]  # of the slides
@@ -120,10 +124,11 @@ def list_solutions(G, k, c, mu, mu_static, answers):
     return found
 
 
-@kernel("int64(float64[:, :, ::1], float64[::1], float64, float64, int64)", takes_arrays=True)
-def list_of_one(G, c, mu, mu_static, answers_at):
-    """`list_solutions` of the contact with block G[0], for calls from Python."""
-    return list_solutions(G, 0, c, mu, mu_static, view(answers_at, Answers))
+@kernel("int64(int64)")
+def list_of_one(contact_at):
+    """`list_solutions` of a block of its own."""
+    contact = view(contact_at, OneContact)
+    return list_solutions(contact.G, 0, contact.c, contact.mu, contact.mu_static, contact)
 
 
 @rare_kernel

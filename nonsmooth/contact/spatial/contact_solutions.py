@@ -13,7 +13,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_non_negative, as_square_matrix, as_vector
 from nonsmooth.contact.planar.single import FREE, STICK
-from nonsmooth.contact.spatial.all_solutions import SLIDE, Answers, list_of_one
+from nonsmooth.contact.spatial.all_solutions import SLIDE, OneContact, list_of_one
 from nonsmooth.contact.spatial.exact_count import count_slides
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit.blocks import new
@@ -101,16 +101,19 @@ def solutions_of_one(
     G: np.ndarray, c: np.ndarray, mu: float, mu_static: float
 ) -> tuple[tuple[str, ...], np.ndarray, bool]:
     """Modes, impulses (m, n), and whether none is missing, of n = 2 or 3 rows."""
-    n, block, free = len(G), np.zeros((1, 3, 3)), np.zeros(3)
-    block[0, :n, :n], free[:n] = G, c
+    n, contact = len(G), new(OneContact)
+    contact.G[0, :n, :n], contact.c[:n], contact.mu, contact.mu_static = G, c, mu, mu_static
     if n == 2:  # planar friction: a direction of its own, along which nothing moves
-        block[0, 2, 2] = G[1, 1]
-    answers = new(Answers)
-    found = list_of_one(block, free, mu, mu_static, answers.address)
-    codes = answers.modes[:found]
-    slides = int((codes == SLIDE).sum())
-    is_complete = is_regular(block[0]) and (mu == 0.0 or count_slides(block[0], free, mu) == slides)
-    return tuple(MODES[code] for code in codes.tolist()), answers.P[:found, :n].copy(), is_complete
+        contact.G[0, 2, 2] = G[1, 1]
+    found = list_of_one(contact.address)
+    codes = contact.modes[:found]
+    is_complete = are_all_slides(contact.G[0], contact.c, mu, int((codes == SLIDE).sum()))
+    return tuple(MODES[code] for code in codes.tolist()), contact.P[:found, :n].copy(), is_complete
+
+
+def are_all_slides(G: np.ndarray, c: np.ndarray, mu: float, slides: int) -> bool:
+    """Whether a contact with G (3, 3) has so many slides and no more, and S is regular."""
+    return is_regular(G) and (mu == 0.0 or count_slides(G, c, mu) == slides)
 
 
 def is_regular(G: np.ndarray) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Annotated as Array
 
-from nonsmooth.contact.spatial.all_solutions import Answers
+from nonsmooth.contact.spatial.all_solutions import OneContact
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.system import GIVEN_FORCE
@@ -33,7 +33,7 @@ class Spatial(Block, m="3 * n"):
     P: Array[Floats, "m"]
     gamma: Array[Floats, "m"]
     scaled: Array[Floats, 1, ROWS, ROWS]  # scratch of one contact
-    answers: Answers
+    answers: OneContact
     jacobian: Array[Floats, 2, "n", ROWS, ROWS]  # scratch of Newton's method
     vectors: Array[Floats, 4, "m"]
     matrix: Array[Floats, "m", "m"]

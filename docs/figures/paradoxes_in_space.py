@@ -1,0 +1,90 @@
+"""The figures of docs/theory/painleve_in_space.md: ``python docs/figures/paradoxes_in_space.py [FOLDER]``."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import nonsmooth as ns
+from nonsmooth.catalogue import SpatialPainleveRod
+
+ROD = SpatialPainleveRod(mu=2.0)
+UNIT = math.sqrt(ROD.g / (0.5 * ROD.l))  # rad/s
+AXES = {
+    "th": np.linspace(0.02, math.pi / 2 - 0.02, 481),
+    "phi": np.linspace(-1.3, 1.3, 481),
+    "psidot": np.linspace(0.0, 6.2 * UNIT, 481),
+}
+
+
+def mapped(names: tuple[str, str], title: str, **held: float) -> plt.Figure:
+    """A plane of the rod's states, with the zero curves of p and b."""
+    axes = {name: AXES[name] for name in names}
+    coarse = {name: values[::8] for name, values in axes.items()}
+    curves = ns.paradox_boundaries(ROD, **coarse, **held)
+    return ns.plot_map(ns.paradox_map(ROD, **axes, **held), boundaries=curves, title=title)
+
+
+def elevation_and_azimuth(folder: Path) -> None:
+    """Numbers of solutions where the tip drags obliquely, at a spin above Psi_c."""
+    figure = mapped(("th", "phi"), f"ψ' = 2 √(g/s): paradoxes for |φ| < φ_max, μ = {ROD.mu:g}", psidot=2 * UNIT)
+    phi_max = math.degrees(ROD.critical_azimuth())
+    figure.axes[0].annotate(
+        f"φ_max = {phi_max:.4f}°", (ROD.least_critical_friction()[1], ROD.critical_azimuth()), (-60, 14),
+        textcoords="offset points", fontsize=9, arrowprops={"arrowstyle": "->"},
+    )  # fmt: skip
+    figure.savefig(folder / "space_th_phi.png", dpi=150)
+
+
+def elevation_and_spin(folder: Path) -> None:
+    """The tip drags ahead: the spin alone lifts it above Psi_c, and p = b = 0 at Psi_1 and Psi_2."""
+    figure = mapped(("th", "psidot"), f"φ = 0, θ' = 0: the spins Ψ_c, Ψ_1, Ψ_2, μ = {ROD.mu:g}", phi=0.0)
+    spin, th = ROD.least_lift_off_spin()
+    figure.axes[0].plot(th, spin, "ko", ms=4)
+    at = zip(ROD.paradoxical_angles(), ROD.critical_spins(), strict=True)
+    for name, (x, y), offset in zip(("Ψ_c", "Ψ_1", "Ψ_2"), ((th, spin), *at), (-50, 60, 22), strict=True):
+        figure.axes[0].annotate(f"{name} = {y / UNIT:.4f} √(g/s)", (x, y), (-104, offset),
+                                textcoords="offset points", fontsize=9, arrowprops={"arrowstyle": "->"})  # fmt: skip
+    figure.savefig(folder / "space_th_spin.png", dpi=150)
+
+
+def azimuth_and_spin(folder: Path) -> None:
+    """At one elevation both curves are straight."""
+    figure = mapped(("phi", "psidot"), f"θ = 1 rad: both curves are straight, μ = {ROD.mu:g}", th=1.0)
+    figure.savefig(folder / "space_phi_spin.png", dpi=150)
+
+
+def genot_brogliato_surface(folder: Path) -> None:
+    """theta' of p = b = 0 over azimuth and spin, for th_1 and th_2."""
+    figure = plt.figure(figsize=(7.0, 5.0), layout="constrained")
+    axes = figure.add_subplot(projection="3d")
+    phi = np.linspace(-ROD.critical_azimuth(), ROD.critical_azimuth(), 121)
+    for sheet, colour in ((0, "C0"), (1, "C1")):
+        angles = [(ROD.paradoxical_angles(x) or 2 * (ROD.least_critical_friction()[1],))[sheet] for x in phi]
+        part = np.linspace(0.0, 1.0, 61)  # of the spin at which theta' = 0
+        spins = np.array([ROD.lift_off_spin(th) * part for th in angles]).T
+        rates = np.array([[ROD.genot_brogliato_rate(th, psi * (1 - 1e-12)) for th, psi in zip(angles, row, strict=True)]
+                          for row in spins])  # fmt: skip
+        azimuths = np.broadcast_to(phi, spins.shape)
+        axes.plot_surface(azimuths, spins / UNIT, rates / UNIT, color=colour, alpha=0.6, lw=0, rstride=2, cstride=2)
+        axes.plot([], [], color=colour, lw=6, label=f"θ = θ_{sheet + 1}(φ)")
+    axes.set(xlabel="φ [rad]", ylabel="ψ' / √(g/s)", zlabel="θ' / √(g/s)", title=f"p = b = 0, μ = {ROD.mu:g}")
+    axes.set_xticks([-0.8, -0.4, 0.0, 0.4, 0.8])
+    axes.view_init(34, -35)
+    axes.legend(loc="upper left", fontsize=8)
+    figure.savefig(folder / "space_genot_brogliato.png", dpi=150)
+
+
+def main() -> None:
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+    folder.mkdir(parents=True, exist_ok=True)
+    for figure in (elevation_and_azimuth, elevation_and_spin, azimuth_and_spin, genot_brogliato_surface):
+        figure(folder)
+
+
+if __name__ == "__main__":
+    main()
