@@ -68,7 +68,7 @@ class Stepper:
         pushed = self.timed("move", move_bodies_spatial, *moved, dt, progress.theta, progress.tight)
         booked = at.bodies, at.found, at.contacts, at.network, at.moves, at.ledger
         self.timed("book", book_step, *booked, dt, pushed)
-        self.timed("book", note_held, *wanders)
+        self.timed("book", note_held, *wanders, dt)
         interpreted(take_spins)(assembly.bodies, assembly.bodies.motion.v)
 
     def solve(self) -> None:

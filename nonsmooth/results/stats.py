@@ -171,6 +171,11 @@ class SpringStats(NamedTuple):
 
     omega: float  # sqrt(k/m) of the lightest body [1/s]
     longest_allowed: float  # step, 1/omega [s]
+
+
+class StepLengths(NamedTuple):
+    """What steps were, of a run that chooses them by their error."""
+
     longest: float  # that was taken [s]
     shortest: float  # [s]
     rejected: int  # whose error was too large
@@ -228,6 +233,8 @@ class SceneStats:
         When the step began [s].
     springs : SpringStats, optional
         Of a run with compliant contacts.
+    lengths : StepLengths, optional
+        Of a run whose steps are as long as their error allows.
     islands_asleep : int
         Islands that were left out of steps, counted step by step: nothing of them is looked for, written or solved.
     inconsistent : int
@@ -261,6 +268,7 @@ class SceneStats:
     struck_together: int = 0
     first_together: str = ""
     springs: SpringStats | None = None
+    lengths: StepLengths | None = None
     islands_asleep: int = 0
     rebounds_limited: int = 0
     worst_joint_drift: float = 0.0
@@ -274,5 +282,5 @@ class SceneStats:
 
 def stats_of_scene(named: dict[str, Any]) -> SceneStats:
     """What a file has of a run of a scene."""
-    springs = named["springs"]
-    return SceneStats(**named | {"springs": None if springs is None else SpringStats(*springs)})
+    parts = {"springs": SpringStats, "lengths": StepLengths}
+    return SceneStats(**named | {name: of(*named[name]) for name, of in parts.items() if named[name] is not None})

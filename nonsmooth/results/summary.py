@@ -213,7 +213,7 @@ def scene_summary(solution: SceneSolution) -> str:
             *_paradoxes_in_scene(solution),
             *_joints(solution),
             *(_energy_of_scene(solution) if LEDGER in solution.recorded else []),
-            f"{stats.steps} steps, {stats.impacts} with rebounds"
+            f"{stats.steps} steps{_lengths(stats)}, {stats.impacts} with rebounds"
             + (f" ({stats.struck_together} of them of several bodies at once)" if stats.struck_together else "")
             + (f", {stats.rebounds_limited} limited to the energy there was" if stats.rebounds_limited else "")
             + f", {stats.asleep} left out at rest"
@@ -222,6 +222,13 @@ def scene_summary(solution: SceneSolution) -> str:
             f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
         ]
     )
+
+
+def _lengths(stats: SceneStats) -> str:
+    """Of steps that were chosen by their error."""
+    if stats.lengths is None:
+        return ""
+    return f" of {stats.lengths.shortest:.2g} to {stats.lengths.longest:.2g} s, {stats.lengths.rejected} in vain"
 
 
 def worst_place(stats: SceneStats) -> str:
@@ -242,9 +249,8 @@ def _compliant_summary(solution: SceneSolution) -> str:
             f"closed contacts at the end: {stats.contacts}{_modes_in_scene(solution)}; most {stats.most_contacts}",
             f"deepest {stats.worst_penetration:.3g} m, at the end {stats.last_penetration:.3g} m",
             *(_compliant_energy(solution) if LEDGER in solution.recorded else []),
-            f"{stats.steps} steps of {springs.shortest:.2g} to {springs.longest:.2g} s, {springs.rejected} in vain; "
-            f"longest step allowed {springs.longest_allowed:.2g} s, 1/omega of the lightest body, omega = "
-            f"{springs.omega:.4g} 1/s",
+            f"{stats.steps} steps{_lengths(stats)}; longest step allowed {springs.longest_allowed:.2g} s, 1/omega of "
+            f"the lightest body, omega = {springs.omega:.4g} 1/s",
             f"wall time {stats.wall_time:.3g} s, compiling or loading {stats.compile_time:.3g} s",
         ]
     )

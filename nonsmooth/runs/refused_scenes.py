@@ -12,6 +12,7 @@ from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.law import Regularised
+from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.results.recorded import EVENTS
 from nonsmooth.runs.recorder import SceneRun
@@ -38,10 +39,12 @@ def require_taken_by_system(method: str, asked: Mapping[str, Any]) -> None:
 def refused(run: SceneRun, project: bool, functions: Sequence[Callable], threads: int) -> Iterator[str]:
     """All that a method does not take of what was asked for."""
     yield from refused_by_all(run, project, functions)
-    if isinstance(run.integrator, MoreauJean):
-        yield from refused_by_steps(run)
-    else:
+    if isinstance(run.integrator, Penalty):
         yield from refused_by_springs(run, threads)
+        return
+    if isinstance(run.integrator, MoreauJean):
+        yield from refused_by_moreau_jean(run)
+    yield from refused_by_rigid_steps(run)
 
 
 def refused_by_all(run: SceneRun, project: bool, functions: Sequence[Callable]) -> Iterator[str]:
@@ -60,8 +63,8 @@ def refused_by_all(run: SceneRun, project: bool, functions: Sequence[Callable]) 
         yield 'a checkpoint keeps no events; leave "events" out of record=, or leave out checkpoint= and resume='
 
 
-def refused_by_steps(run: SceneRun) -> Iterator[str]:
-    """What `MoreauJean` does not take."""
+def refused_by_moreau_jean(run: SceneRun) -> Iterator[str]:
+    """Options of `MoreauJean` that are not for scenes."""
     if run.integrator.projection:
         yield "bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean"
     if run.integrator.specialise is True:
@@ -71,6 +74,10 @@ def refused_by_steps(run: SceneRun) -> Iterator[str]:
         )
     if run.integrator.compliance is not None:
         yield from refused_joints(run, "MoreauJean with compliance=")
+
+
+def refused_by_rigid_steps(run: SceneRun) -> Iterator[str]:
+    """What steps with rigid contacts do not take."""
     surfaces = run.world.surfaces
     if surfaces.impact != ImpactLaw.NEWTON and run.scene.dim == SPATIAL and (surfaces.mu > 0.0).any():
         yield (

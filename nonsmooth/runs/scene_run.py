@@ -22,6 +22,7 @@ from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, TOO
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.struck import MOST_STRUCK
 from nonsmooth.integrators.assembly.world import World
+from nonsmooth.integrators.moreau_jean.contact_solver import ContactSolver
 from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.mechanics.laws import ImpactLaw
@@ -124,21 +125,30 @@ class SceneRun:
 
     def _assemble(self) -> Any:
         """The scene in motion: its steps, contacts, works and figures."""
-        options, world, compliance = self.integrator.contacts, self.world, self.integrator.compliance
+        world, compliance = self.world, self.integrator.compliance
         if compliance is not None:
             world.surfaces.is_compliant, world.surfaces.e[:] = 1, 0.0
             world.surfaces.stiffness, world.surfaces.damping = compliance.stiffness, compliance.damping
             self.what_is_deep = SOFT
-        assembly = Assembly(
-            world.bodies, world.shapes, world.surfaces, world.joints, world.springs, options.tol, options.sweeps,
-            options.interior, options.on_residual == "raise", options.may_sleep and not self.scene.forces,
-            self.integrator.theta,
-            PAIRS in self.recorder.kinds, self.selection,
-        )  # fmt: skip
+        assembly = Assembly(*self._given(self.contacts, self.integrator.theta))
         assembly.desks = Desks(self.threads)
         if compliance is not None:
             assembly.progress.tight = math.inf  # what springs give way to is not taken back
         return assembly
+
+    def _given(self, options: ContactSolver, theta: float) -> tuple[Any, ...]:
+        """What an `Assembly` is made of."""
+        world = self.world
+        return (
+            world.bodies, world.shapes, world.surfaces, world.joints, world.springs, options.tol, options.sweeps,
+            options.interior, options.on_residual == "raise", options.may_sleep and not self.scene.forces, theta,
+            PAIRS in self.recorder.kinds, self.selection,
+        )  # fmt: skip
+
+    @property
+    def contacts(self) -> ContactSolver:
+        """How contact problems are solved."""
+        return self.integrator.contacts  # type: ignore[no-any-return]
 
     def advance(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
@@ -248,17 +258,25 @@ class SceneRun:
             self._show(progress)
 
     def _ask_functions(self) -> bool:
-        """Ask functions where guided bodies go, and for the forces of the step; False where one says
-        nothing that can be used, which ends the run."""
+        """``ask_functions`` for the step at hand; False where that ends the run."""
         try:
-            self.world.guide(self.now, self.dt)
-            if self.forces is not None:
-                self.forces.update(self.now, self.dt)
+            self.ask_functions(self.now, self.dt)
         except InvalidInput as refusal:
-            self.status, self.cause = Status.NOT_FINITE, refusal
-            self.spent = f"{refusal}; stopped at t = {self.now:.9g} s"
+            self._end_without_answer(refusal)
             return False
         return True
+
+    def ask_functions(self, t: float, dt: float) -> None:
+        """Ask functions where guided bodies go in a step from t [s], and for its forces; raises `InvalidInput` where
+        one says nothing that can be used."""
+        self.world.guide(t, dt)
+        if self.forces is not None:
+            self.forces.update(t, dt)
+
+    def _end_without_answer(self, refusal: InvalidInput) -> None:
+        """End the run where a function says nothing that can be used."""
+        self.status, self.cause = Status.NOT_FINITE, refusal
+        self.spent = f"{refusal}; stopped at t = {self.now:.9g} s"
 
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
@@ -272,6 +290,11 @@ class SceneRun:
         t = self.now
         with interrupts_held_back():  # a step is whole, or it is not begun
             end = self.assembly.take_steps(self.dt, min(most, self._block), t)
+        self._look_at_end(end, t)
+        self._block = next_block(self.steps - before, running_time() - began)
+
+    def _look_at_end(self, end: int, t: float) -> None:
+        """Go on after steps from a time t [s], or end the run as they came back."""
         if end == NO_FRICTION:
             self._end_without_friction()
         elif end == TOO_MANY:
@@ -281,7 +304,6 @@ class SceneRun:
         else:
             for watch in self.watches:
                 watch.look(self, t, self.now)
-        self._block = next_block(self.steps - before, running_time() - began)
 
     def _end_without_friction(self) -> None:
         """End the run where a law of friction gives no coefficient."""
@@ -359,15 +381,18 @@ class SceneRun:
             return {}
         worst = progress.worst
         pair = f"{names[int(worst.i)].name}, {names[int(worst.j)].name}"
-        time = self.table.span[0] + int(worst.step) * self.integrator.dt
-        return {"worst_contact": int(worst.row), "worst_pair": pair, "worst_time": float(time)}
+        return {"worst_contact": int(worst.row), "worst_pair": pair, "worst_time": self._time_of_step(int(worst.step))}
+
+    def _time_of_step(self, k: int) -> float:
+        """When step k began [s]."""
+        return float(self.table.span[0] + k * self.integrator.dt)
 
     def _first_together(self) -> str:
         """When a body was first struck by several others together, and which; nothing where none was."""
         counts = self.assembly.progress.counts
         if not counts.together:
             return ""
-        t = self.table.span[0] + counts.first_together * self.integrator.dt
+        t = self._time_of_step(int(counts.first_together))
         return f"at t = {t:.4g} s {self.world.scene.bodies[int(counts.struck)].name}"
 
     def message(self) -> str:
@@ -401,7 +426,7 @@ class SceneRun:
             **self.scene.parameter_values,
             "scene": repr(self.scene),
             "integrator": repr(self.integrator),
-            "contacts": repr(self.integrator.contacts),
+            "contacts": repr(self.contacts),
         }
 
     def solution(self) -> SceneSolution:

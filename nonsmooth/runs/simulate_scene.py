@@ -28,12 +28,13 @@ def simulate_scene(scene: Scene, t_span: tuple[float, float] | None, integrator:
     """`simulate` for a scene: by steps of scenes, or as its system."""
     t_span = span_of(scene, t_span)
     method, why = chosen_of_scene(integrator, scene, t_span)
-    if goes_by_system(method):
+    instead = steps_instead(method, scene, t_span[0])
+    if goes_by_system(method) and instead is None:
         solution = by_its_system(scene, t_span, method, integrator, asked)
     else:
         solution = by_steps(scene, t_span, method, asked)
-        if why is not None:
-            solution.about["chosen"] = why
+        if why is not None or instead is not None:
+            solution.about["chosen"] = why or instead
     if solution.status == Status.INTERRUPTED and asked.is_whole:
         raise KeyboardInterrupt
     return solution
@@ -79,9 +80,15 @@ def by_its_system(
 
 
 def kind_of_run(integrator: Integrator) -> type[SceneRun]:
-    """Of steps with rigid contacts, or on springs."""
+    """Of steps with rigid contacts, of one length or as their error allows, or on springs."""
+    from nonsmooth.integrators.adaptive.options import Adaptive
+
     if isinstance(integrator, MoreauJean):
         return SceneRun
+    if isinstance(integrator, Adaptive):
+        from nonsmooth.runs.controlled_run import ControlledRun
+
+        return ControlledRun
     from nonsmooth.runs.spring_run import SpringRun
 
     return SpringRun
@@ -97,11 +104,27 @@ def facts_of(
 
 
 def goes_by_system(integrator: Any) -> bool:
-    """Whether a scene is integrated as its system: by what has no step of scenes."""
+    """Whether a scene is integrated as its system, where it has one of few contacts."""
     from nonsmooth.integrators.penalty.options import Penalty
 
     require_integrator(integrator)
     return not isinstance(integrator, MoreauJean | Penalty)
+
+
+def steps_instead(integrator: Any, scene: Scene, t_0: float) -> str | None:
+    """Why `Adaptive` takes steps of the scene (controlled_run.py) and not of its system; None where it does not."""
+    from nonsmooth.integrators.adaptive.options import Adaptive
+
+    if not isinstance(integrator, Adaptive):
+        return None
+    from nonsmooth.runs.scene_by_system import few_contacts
+
+    try:
+        few_contacts(scene, "Adaptive of systems", t_0)
+        scene.state()
+    except InvalidInput as refusal:
+        return str(refusal).split(";")[0]
+    return None
 
 
 def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) -> tuple[Any, str | None]:

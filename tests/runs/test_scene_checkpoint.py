@@ -138,7 +138,7 @@ def test_a_scene_on_springs_stopped_every_few_steps_goes_on_to_the_same_bits(sma
         at_once = ns.simulate(scene(), span, **again, max_steps=few * stops)
         assert bits(at_once) == found  # a run that goes on and takes no step ends with the same contacts
     assert name != "more room" or whole.stats.most_contacts > 2 * 5 + 16  # what five shapes have room for at first
-    assert stops == 6 and bits(cut) == bits(whole) and cut.stats.springs.rejected > 0
+    assert stops == 6 and bits(cut) == bits(whole) and cut.stats.lengths.rejected > 0
     assert {"elastic", "damping"} < cut.ledger.keys()
     assert bits(ns.simulate(scene(), span, **options, resume=path)) == bits(whole)  # it is read, not run
     assert bits(ns.SceneSolution.load(path)) == bits(whole)

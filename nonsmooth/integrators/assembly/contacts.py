@@ -63,6 +63,8 @@ class Contacts(Block):
     drift: Array[Floats, "m", "d"]  # of a joint: how far its points are apart [m]
     P: Array[Floats, "m", "d"]  # impulses of the step, those of its impacts with them [N s]
     n_before: int  # contacts of the step before that had impulses
+    dt_before: float  # its length, or that of its last part [s]
+    half: float  # of what rows turned by since its middle, the part that they turn by in half of this one
     key_before: Array[Ints, "m"]
     P_before: Array[Floats, "m", "d"]  # in the axes of the world
     own_before: Array[Floats, "m", "d"]  # along normal and tangents

@@ -147,6 +147,22 @@ def keep_part(found_at, contacts_at, network_at, parts_at):
                     parts.P[at, k] += network.J_j[c, row, k] * contacts.P[c, row]
 
 
+@kernel("void(int64, int64)")
+def add_parts(parts_at, others_at):
+    """Add the impulses of other parts, for which there is room."""
+    parts, others = view(parts_at, Parts), view(others_at, Parts)
+    d = parts.normal.shape[1]
+    for other in range(others.n_c):
+        at = row_of_key(parts, others.key[other], d)
+        parts.gap[at], parts.mu[at] = others.gap[other], others.mu[other]
+        parts.i[at], parts.j[at] = others.i[other], others.j[other]
+        for k in range(d):
+            parts.normal[at, k], parts.point[at, k] = others.normal[other, k], others.point[other, k]
+            parts.P[at, k] += others.P[other, k]
+            for row in range(d):
+                parts.frame[at, row, k] = others.frame[other, row, k]
+
+
 @kernel
 def has_room(parts, most):
     """Whether two more parts can be kept, of up to so many contacts each."""

@@ -184,7 +184,7 @@ def take_part(progress, d):
         book_by_pairs(places, 1, False)
         note_gain(size, view(places.ledger, Ledger), progress)
         progress.stage = PREDICT
-    note_held(places.bodies, places.found, places.contacts, places.network)
+    note_held(places.bodies, places.found, places.contacts, places.network, progress.dt)
     if progress.left > 0.0:
         begin_next_part(progress, places)
         return NEXT_PART

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import ClassVar
 
 import numpy as np
 
@@ -180,7 +181,8 @@ class Assembly(InMotion):
         The rule where few contacts have several solutions.
     """
 
-    handed, kept = PLACES, CARRIED
+    handed: ClassVar[tuple[str, ...]] = PLACES
+    kept: ClassVar[tuple[str, ...]] = CARRIED
 
     def __init__(
         self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, springs: Springs, tol: float,
@@ -401,7 +403,7 @@ class Assembly(InMotion):
             self.has_room = True
         else:
             k = int(before.n_before)
-            self.contacts.n_before = k
+            self.contacts.n_before, self.contacts.dt_before = k, before.dt_before
             for name in ("key_before", "P_before", "own_before", "normal_before", "point_before", "stuck_before"):
                 getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
             keep_rows(self.asleep, asleep)

@@ -147,7 +147,7 @@ def test_a_ball_on_a_spring_lands_where_its_fall_ends_and_parts_half_a_period_la
     scene.body(ns.Disc(0.1), mass=m, position=(0, 0.15), velocity=(0, -v), name="ball")
     sol = simulate(scene, 0.15, record=("bodies", "contacts", "events"), every=1, damping_ratio=0.0)
     landing, parting = sol.events
-    step = sol.stats.springs.longest
+    step = sol.stats.lengths.longest
     assert (landing.kind, parting.kind) == (LANDING, PARTING) and (landing.i, landing.j) == ("wall", "ball")
     assert 0.0 <= 0.05 / v - landing.t <= step  # the beginning of the step in which it lands
     half = math.pi * math.sqrt(m / K)
@@ -172,7 +172,7 @@ def test_an_event_of_the_user_finds_where_a_ball_turns_round_on_its_spring():
     scene.body(ns.Disc(0.1), mass=m, position=(0, 0.15), velocity=(0, -v), name="ball")
     springs, omega = ns.Penalty(K, damping_ratio=0.0), math.sqrt(K / m)
     sol = ns.simulate(scene, (0, 0.2), integrator=springs, events=turns)
-    h, exact = sol.stats.springs.longest, 0.05 / v + 0.5 * math.pi / omega
+    h, exact = sol.stats.lengths.longest, 0.05 / v + 0.5 * math.pi / omega
     atol = math.sqrt(3) / 216 * h**3 * omega**2 + sol.stats.steps * 1e-8 / omega
     assert sol.status == ns.Status.EVENT_REACHED and atol < 0.01 * h
     assert sol.t_events[0][0] == pytest.approx(exact, abs=atol) and exact - atol <= sol.t[-1] <= exact + h
@@ -185,7 +185,7 @@ def test_a_block_that_slides_on_springs_sticks_when_its_speed_is_spent():
     scene.body(ns.Box(0.4, 0.02), mass=2.0, position=(0, 0.01 - G / K), velocity=(v, 0), name="block")
     sol = simulate(scene, 0.3, record="events", damping_ratio=0.9)
     (stick,) = sol.events
-    assert stick.kind == STICK and abs(v / (mu * G) - stick.t) <= 2.0 * sol.stats.springs.longest
+    assert stick.kind == STICK and abs(v / (mu * G) - stick.t) <= 2.0 * sol.stats.lengths.longest
 
 
 def test_a_block_on_springs_that_is_hit_slips_at_its_limit_and_sticks_below_it():
