@@ -45,7 +45,7 @@ DIMENSIONS = {
 }  # fmt: skip
 COMPONENTS = {2: AXES[:2], 3: AXES, 4: ("w", *AXES)}
 # how a data set calls what does not follow from its name in files: contacts/gap is contact_gap
-LABELS = {"contacts/offsets": "contact_offset", "joint_impulses": "joint_P"}
+LABELS = {"contacts/offsets": "contact_offset", "joint_impulses": "joint_P", "joint_torques": "joint_torque"}
 UNLABELLED = ("centres", "paradox_rows")  # chosen: arrays of files that a data set leaves out
 FIRST = ("t", "record", "i", "j", "gap", "P_N", "P_F", "mu", "mode")  # chosen: columns of a table of contacts
 BY_NAME = {column.name: column for column in SYSTEM}
@@ -237,7 +237,7 @@ def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
     if solution.joint_names and "joint_P" in data:
         coordinates["joint"] = ("joint", np.array(solution.joint_names, dtype=object))
     else:
-        data.pop("joint_P", None)
+        data = {name: column for name, column in data.items() if name not in ("joint_P", "joint_torque")}
     if solution.dim == 3:
         coordinates["component"] = ("component", ["w", *AXES])
     data |= ledger_of(solution) if LEDGER in solution.recorded else {}

@@ -118,6 +118,10 @@ def scene_columns(dim: int) -> Table:
             "joint_impulses", REAL, ("n_t", "n_j", dim), "N s",
             "impulse of the last step on the second body of a joint", CONTACTS,
         ),
+        Column(
+            "joint_torques", REAL, ("n_t", "n_j") if dim == 2 else ("n_t", "n_j", 3), "N m s",
+            "angular impulse of the last step on the second body of a joint, about its point", CONTACTS,
+        ),
         Column("ledger/*", REAL, ("n_t",), "J", "energies, and works since the start", LEDGER),
         Column("events/t", REAL, ("n_e",), "s", "beginning of the step of an event", EVENTS),
         Column("events/kind", WHOLE, ("n_e",), "1", "0 LANDING, 1 PARTING, 2 SLIP, 3 STICK", EVENTS),
@@ -181,6 +185,7 @@ class RecordsOfScene(Rows):
     velocity: np.ndarray
     spin: np.ndarray
     joint_impulses: np.ndarray
+    joint_torques: np.ndarray
 
 
 class Ends(Rows):

@@ -230,9 +230,7 @@ def state_of(run: SceneRun, kinds: tuple[str, ...], t: float = 0.0) -> dict[str,
     if LEDGER in kinds:
         state["works"] = run.assembly.ledger.work
     if CONTACTS in kinds:
-        joints = len(run.scene.joints)
-        pulls = run.assembly.joint_impulses() if joints and run.steps else np.zeros((joints, run.scene.dim))
-        state["joint_impulses"] = pulls
+        state |= run.assembly.reactions_of_joints()
     return state
 
 

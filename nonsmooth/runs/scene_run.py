@@ -361,7 +361,7 @@ class SceneRun:
         counts, figures = (named_numbers(block) for block in (assembly.progress.counts, assembly.progress.figures))
         methods = {name: counts[field] for name, field in METHODS.items() if counts[field]}
         return SceneStats(
-            counts["steps"], assembly.n_contacts, max(0, counts["most_contacts"] - len(self.scene.joints)),
+            counts["steps"], assembly.n_contacts, max(0, counts["most_contacts"] - assembly.n_others),
             assembly.n_islands,
             methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol,
             figures["residual"], figures["last_residual"], counts["missed"], figures["penetration"],

@@ -140,6 +140,9 @@ def _require_plain(scene: Scene) -> None:
         )
     if scene.joints and scene.dim != PLANAR:
         raise InvalidInput(f"{scene.joints[0].name} is a joint in space, which no system of a scene holds; {CURE}")
+    for joint in scene.joints:
+        if joint.kind not in ("joint", "hinge"):
+            raise InvalidInput(f"{joint.name} is a {joint.kind} joint, which no system of a scene holds; {CURE}")
     if not moving_of(scene):
         raise InvalidInput("no body of the scene moves by forces; add one by scene.body")
 

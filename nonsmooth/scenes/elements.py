@@ -75,7 +75,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A point that two bodies share; `Scene.joint` makes it.
+    """What holds two bodies together; `Scene.joint`, `Scene.hinge`, `Scene.slider` and their like make it.
 
     Attributes
     ----------
@@ -85,6 +85,12 @@ class Joint:
     a, b : Body
     at : (2,) or (3,)
         Where it is at the start [m].
+    kind : str
+        Of joint_kinds.py: "joint" shares a point.
+    axes : (2, 2) or (3, 3)
+        Its frame on the first body at the start, in the axes of the world, an axis a row; the first one is its own.
+    axes_b : (2, 2) or (3, 3)
+        That on the second body, the same but of a universal joint.
     """
 
     name: str
@@ -92,9 +98,17 @@ class Joint:
     a: Body
     b: Body
     at: np.ndarray
+    kind: str
+    axes: np.ndarray
+    axes_b: np.ndarray
+
+    @property
+    def axis(self) -> np.ndarray:
+        """The axis of the joint at the start, a unit vector in the axes of the world."""
+        return self.axes[0]
 
     def __repr__(self) -> str:
-        return f"Joint({self.name!r}, {self.a.name!r}, {self.b.name!r})"
+        return f"{self.kind.capitalize()}({self.name!r}, {self.a.name!r}, {self.b.name!r})"
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@
     scene.body(Sphere(0.1), density=1000, ...)       moves by forces and impulses
     scene.kinematic(Box(1, 1, 0.1), velocity=...)    moves as it is told
     scene.joint("a", "b", at=(0, 0, 1))              two bodies share a point
+    scene.hinge("a", "b", at=..., axis=(0, 1, 0))    or turn about an axis, slide along it, ... (joining.py)
     scene.spring("a", "b", stiffness=100.0)          pulls and pushes them
     scene.force("a", (1.0, 0, 0))                    acts on one
 
@@ -33,6 +34,7 @@ from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.elements import Body, Force, Joint, Kind, Spring
+from nonsmooth.scenes.joining import Joining
 from nonsmooth.scenes.materials import Material, as_mu, of_pair
 from nonsmooth.scenes.ranges import as_mass, require_within
 from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_turn
@@ -40,7 +42,7 @@ from nonsmooth.views import view
 
 
 @dataclass(eq=False)
-class Scene:
+class Scene(Joining):
     """Bodies that touch.
 
     Parameters
@@ -173,58 +175,6 @@ class Scene:
             "surface_velocity": self._vector(f"surface_velocity of {name}", surface_velocity, None),
         }
         return self._add(name, Kind.KINEMATIC, shape, material, position, turn, velocity, spin, given)
-
-    def joint(self, a: Body | str, b: Body | str, *, at: ArrayLike, name: str | None = None) -> Joint:
-        """Let two bodies share a point: in the plane a pin about which they turn, in space a ball joint.
-
-        The impulse that holds them together has any direction and does no work. Two ball joints of the same bodies make
-        a hinge. Contacts between the two bodies are left out.
-
-        Parameters
-        ----------
-        a, b : Body or str
-            Bodies of this scene, or their names; one of them may be fixed or kinematic.
-        at : (2,) or (3,)
-            The point at the start, in the axes of the world [m]; it may lie outside of both shapes.
-        name : str, optional
-            "joint 2" for the third if left out.
-
-        Returns
-        -------
-        Joint
-
-        Raises
-        ------
-        InvalidInput
-            For a body that is not there, a joint of a body with itself or of two that no impulse moves, a name that is
-            taken, and a point that is none.
-
-        Examples
-        --------
-        >>> import nonsmooth as ns
-        >>> scene = ns.Scene(gravity=(0, -9.81))
-        >>> hook = scene.fixed(ns.Disc(0.01), name="hook")
-        >>> rod = scene.body(ns.Box(0.02, 1.0), mass=1.0, position=(0, -0.5), name="rod")
-        >>> scene.joint("hook", "rod", at=(0, 0), name="pin")
-        Joint('pin', 'hook', 'rod')
-        """
-        if name is None:
-            name = f"joint {len(self.joints)}"
-        if not isinstance(name, str) or not name:
-            raise InvalidInput(f"the name of a joint must be a text; got {shown(name)}")
-        if any(joint.name == name for joint in self.joints):
-            raise InvalidInput(f"there is a joint {name!r} already; names of joints must differ")
-        first, second = (self._own(name, body) for body in (a, b))
-        if first is second:
-            raise InvalidInput(f"{name} joins {first.name} to itself; a joint is one of two bodies")
-        if Kind.DYNAMIC not in (first.kind, second.kind):
-            raise InvalidInput(
-                f"{name} joins {first.name} and {second.name}, and no impulse moves either; one of them must be "
-                "dynamic, as scene.body makes it"
-            )
-        joint = Joint(name, len(self.joints), first, second, as_vector(f"at of {name}", at, self.dim))
-        self.joints.append(joint)
-        return joint
 
     def force(self, body: Body | str, value: Any, *, at: ArrayLike | None = None) -> Force:
         """Apply a force to a body, in addition to gravity and what touches it.

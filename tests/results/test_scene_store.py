@@ -97,7 +97,7 @@ WRONG = {  # what no run leaves: what its array is changed to, and what is said 
     "pairs/record": (lambda found: found + 1000, "its pairs/record must lie in 0 ... 20"),
     "events/kind": (lambda found: found + 4, "its events/kind must lie in 0 ... 3"),
     "centres": (lambda found: found[:-1], "position must have the shape"),
-    "joint_impulses": (lambda found: np.zeros((len(found), 1, 2)), "not those of its bodies and joints"),
+    "joint_impulses": (lambda found: np.zeros((len(found), 1, 2)), "joint_torques must have the shape"),
     "paradox_rows": (lambda found: np.zeros((1, 15)), "its kinds of paradoxes must lie in 2 ... 3"),
     "ledger/kinetic": (lambda found: found[1:], "ledger/kinetic must have the shape"),
     "about": (lambda found: str(found).replace('"names": [', '"names": ["one more", '), "not those of its bodies"),

@@ -204,10 +204,16 @@ def shifted(w, row, shift, a_N, a_1, a_2):
 
 
 @kernel
+def kappa_of_joint(network, c):
+    """JOINED_KAPPA, less where the joint is soft."""
+    return JOINED_KAPPA / (1.0 + JOINED_KAPPA * network.rho[c] * network.soft[c])
+
+
+@kernel
 def push_of_dual(network, point, c, row, a_N, a_1, a_2):
     """K a, of a rigid contact: the impulse for a step a of the dual."""
     if is_joint(network, c):
-        unit = JOINED_KAPPA * point.P_unit[row]
+        unit = kappa_of_joint(network, c) * point.P_unit[row]
         return unit * a_N, unit * a_1, unit * a_2
     s, is_rough = slope(network, c)
     x_N, x_1, x_2 = shifted(point.w, row, point.shift, a_N, a_1, a_2)
@@ -219,7 +225,7 @@ def push_of_dual(network, point, c, row, a_N, a_1, a_2):
 def push_of_rate(network, point, c, row, g_N, g_1, g_2):
     """D g, of a rigid contact."""
     if is_joint(network, c):
-        unit = JOINED_KAPPA * network.rho[c]
+        unit = kappa_of_joint(network, c) * network.rho[c]
         return unit * g_N, unit * g_1, unit * g_2
     a_N, a_1, a_2 = rate_of_dual(network, point, c, row, g_N, g_1, g_2)
     return push_of_dual(network, point, c, row, a_N, a_1, a_2)
@@ -230,7 +236,7 @@ def yielding(network, point, c, row, p):
     """(I + R D e_N e_N^T)^-1 p: the impulse of a compliant contact, which shortens as it grows."""
     p_N, p_1, p_2 = p
     R = network.soft[c]
-    if not R > 0.0:
+    if not R > 0.0 or is_joint(network, c):
         return p_N, p_1, p_2
     D_N, D_1, D_2 = push_of_rate(network, point, c, row, 1.0, 0.0, 0.0)
     share = p_N / (1.0 + R * D_N)

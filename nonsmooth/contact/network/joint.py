@@ -6,6 +6,9 @@ It is a contact whose cone is the whole space, so the polar one is the origin: n
 F_c = rho_c gamma_c, one joint with the others held is P_c <- P_c - W_c^-1 gamma_c, and the augmented Lagrangian has it
 always stick. Its row has the code JOINED in the place of mu, which all of them read anyway.
 
+One that says what others say too may be soft, gamma_c + R_c P_c = 0: what they say differs by what the step errs by,
+and impulses that no body feels would grow without a bound.
+
 Source: Acary and Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008), section 13.3 (bilateral rows
 among unilateral ones).
 """

@@ -7,8 +7,8 @@
     open K = 0,   stick K = I,   slide K_NN = 1, K_TN = mu t, K_TT = mu z_N / |z_T| (I - t t^T),  t = z_T / |z_T|
 
 P is held. Of a compliant contact, with R on the diagonal of G, p_N = z_N - rho R p_N: z_N and dp/dz_N are times
-1/(1 + rho R). A is unsymmetric where a contact with friction slides. Source: Alart and Curnier, Comput. Methods Appl.
-Mech. Eng. 92 (1991) 353-375.
+1/(1 + rho R); of a soft joint all rows are. A is unsymmetric where a contact with friction slides. Source: Alart and
+Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.block_factor import Factor
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.ordering import Quotient
 from nonsmooth.contact.network.problem import impulse, relative_velocity, write
 from nonsmooth.contact.planar.selection import FREE, SLIDE_MINUS, SLIDE_PLUS, STICK
@@ -96,7 +97,10 @@ def imbalance(network, direct, k, d, n):
         rho = direct.rho[c]
         z_N, z_1, z_2 = P_N - rho * gamma_N, P_1 - rho * gamma_1, P_2 - rho * gamma_2
         if network.soft[c] > 0.0:
-            z_N *= share_of_soft(network, direct, c)
+            share = share_of_soft(network, direct, c)
+            z_N *= share
+            if is_joint(network, c):
+                z_1, z_2 = share * z_1, share * z_2
         p_N, p_1, p_2, mode = project(network.mu[c], z_N, z_1, z_2, d)
         write(direct.z, c, z_N, z_1, z_2, d)
         write(direct.p, c, p_N, p_1, p_2, d)
@@ -218,8 +222,14 @@ def share_of_soft(network, direct, c):
 
 @kernel
 def soften_rows(network, direct, KJ, c, K, d, n):
-    """The normal parts of the rows of a compliant contact, times 1 / (1 + rho R)."""
+    """The normal parts of the rows of a compliant contact, times 1 / (1 + rho R); of a joint all of them."""
     less = direct.rho[c] * (share_of_soft(network, direct, c) - 1.0)
+    if is_joint(network, c):
+        for x in range(n):
+            for a in range(d):
+                KJ[a, x] += less * network.J_i[c, a, x]
+                KJ[d + a, x] += less * network.J_j[c, a, x]
+        return
     for x in range(n):
         for part in range(2):
             J_N = network.J_i[c, 0, x] if part == 0 else network.J_j[c, 0, x]

@@ -38,6 +38,13 @@ def unsolved_problem(network: Network) -> Matrices | None:
     return matrices_of(network, contacts) if (network.mu[contacts] != JOINED).any() else None
 
 
+def softness(network: Network, contacts: np.ndarray) -> np.ndarray:
+    """R (m, d) on the diagonal of G: of the normals of compliant contacts, and of all rows of soft joints."""
+    R = np.tile(network.soft[contacts, None], (1, network.b.shape[1]))
+    R[network.mu[contacts] != JOINED, 1:] = 0.0
+    return R
+
+
 def matrices_of(network: Network, contacts: np.ndarray) -> Matrices:
     """That of some contacts."""
     import scipy.sparse as sparse
@@ -49,8 +56,7 @@ def matrices_of(network: Network, contacts: np.ndarray) -> Matrices:
     J = sparse.bsr_matrix((parts, bodies, first), shape=(m * d, n_b * n)).tocsr()
     M_inv = sparse.bsr_matrix((network.M_inv, np.arange(n_b), np.arange(n_b + 1)), shape=(n_b * n, n_b * n))
     c = J @ network.v_free.ravel() + network.b[contacts].ravel()
-    R = np.zeros((m, d))
-    R[:, 0] = network.soft[contacts]
+    R = softness(network, contacts)
     G = (J @ M_inv @ J.T + sparse.diags(R.ravel())).tocsr()
     mu, P, is_joint = network.mu[contacts], network.P[contacts], network.mu[contacts] == JOINED
     if is_joint.any():

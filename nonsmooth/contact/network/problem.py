@@ -19,7 +19,8 @@ Where masses of an island differ so much that the impulses of its light bodies a
 largest of those of all its contacts and of its light ones alone, rho_c < UNSEEN^k max rho, k = 1, 2, ... That of a
 problem is the largest of those of its islands.
 
-A joint stands among the contacts, with the whole space in the place of K (joint.py).
+A joint stands among the contacts, with the whole space in the place of K (joint.py). The last rows of a block may be
+unused: J = 0, and W has the softness of the first one in their place.
 
 A compliant contact has R on the diagonal of G, gamma_c,N + R_c P_N in the place of gamma_c,N (its law is in
 integrators/moreau_jean/compliance.py): R stands in W, and in what the laws ask of.
@@ -62,7 +63,7 @@ class Network(Block):
     b: Array[Floats, "m", "d"]  # [m/s]
     turn: Array[Floats, "m", "d"]  # of b, what guided bodies add by turning within the step
     mu: Array[Floats, "m"]  # or JOINED, of a joint
-    soft: Array[Floats, "m"]  # R of a compliant contact [1/kg]; 0 of a rigid one
+    soft: Array[Floats, "m"]  # R of a compliant contact, or of all rows of a joint [1/kg]; 0 of a rigid one
     sprung: Array[Ints, "m"]  # 1 of one of the two that are a spring
     P: Array[Floats, "m", "d"]  # [N s], also the start of every solver
     gamma: Array[Floats, "m", "d"]  # [m/s]
@@ -92,10 +93,24 @@ def prepare(network, d, n):
                 for x in range(n):
                     total += network.J_i[c, a, x] * network.Y_i[c, e, x] + network.J_j[c, a, x] * network.Y_j[c, e, x]
                 network.W[c, a, e] = total
-            if a == 0:
-                network.W[c, 0, 0] += network.soft[c]
+            if a == 0 or is_joint(network, c):
+                network.W[c, a, a] += network.soft[c]
             trace += network.W[c, a, a]
+        if network.W[c, d - 1, d - 1] == 0.0:
+            trace += fill_unused(network, c, d)
         network.rho[c] = d / trace if trace > 0.0 else 0.0
+
+
+@rare_kernel
+def fill_unused(network, c, d):
+    """Let rows that a block does not use, with J = 0, have the softness of its first one, so that they ask for nothing
+    and their impulse is none; what stands in W for them."""
+    total = 0.0
+    for a in range(1, d):
+        if network.W[c, a, a] == 0.0:
+            network.W[c, a, a] = network.W[c, 0, 0]
+            total += network.W[c, 0, 0]
+    return total
 
 
 @kernel
@@ -132,9 +147,13 @@ def contact_velocity(network, v, c, d, n):
 
 @kernel
 def laws_velocity(network, c, d, n):
-    """What the laws of contact ask of: gamma_c, and R P_N of a compliant one."""
+    """What the laws of contact ask of: gamma_c, and R P_N of a compliant one, of a joint R P."""
     gamma_N, gamma_1, gamma_2 = relative_velocity(network, c, d, n)
-    return gamma_N + network.soft[c] * network.P[c, 0], gamma_1, gamma_2
+    R = network.soft[c]
+    if R > 0.0 and is_joint(network, c):
+        gamma_1 += R * network.P[c, 1]
+        gamma_2 += R * network.P[c, 2] if d == 3 else 0.0
+    return gamma_N + R * network.P[c, 0], gamma_1, gamma_2
 
 
 @kernel
@@ -220,7 +239,8 @@ def square_of_joint(network, c, d, n):
     """
     i, j, v, total = network.i[c], network.j[c], network.v, 0.0
     for a in range(d):
-        gamma, size = network.b[c, a], abs(network.b[c, a])
+        gamma = network.b[c, a] + network.soft[c] * network.P[c, a]
+        size = abs(network.b[c, a]) + abs(network.soft[c] * network.P[c, a])
         for x in range(n):
             of_i, of_j = network.J_i[c, a, x] * v[i, x], network.J_j[c, a, x] * v[j, x]
             gamma += of_i + of_j

@@ -20,6 +20,7 @@ from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW
 from nonsmooth.contact.network.joint import JOINED
+from nonsmooth.contact.network.matrices import softness
 from nonsmooth.contact.network.patience import INTERIOR, note_outcome
 from nonsmooth.contact.network.pressed import FILL_OF_MANY, contacts_of, solve_pressed, solve_whole
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
@@ -155,5 +156,5 @@ def dense_problem(network: Network, contacts: np.ndarray) -> tuple[np.ndarray, n
     flat = J.reshape(-1, len(bodies) * n)
     image = np.einsum("cabx,bxy->caby", J, network.M_inv[bodies]).reshape(flat.shape)
     G = image @ flat.T
-    G[np.diag_indices(len(G))] += np.pad(network.soft[contacts, None], ((0, 0), (0, J.shape[1] - 1))).ravel()
+    G[np.diag_indices(len(G))] += softness(network, contacts).ravel()
     return G, flat @ network.v_free[bodies].ravel() + network.b[contacts].ravel()

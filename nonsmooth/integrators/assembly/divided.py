@@ -34,7 +34,7 @@ from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FIRST_JOINT, FIRST_SPRING, Found
+from nonsmooth.scenes.detection import FIRST_SPRING, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 FAST = 4.0  # chosen: times g dt, the velocity of approach of a landing: what is slower loses less than the step does
@@ -132,11 +132,11 @@ def ask_of_landings(bodies_at, found_at, network_at, dt, whole, lets_in):
 
 @kernel("void(int64, int64, int64, int64)")
 def keep_part(found_at, contacts_at, network_at, parts_at):
-    """Add up the impulses of the parts of a step before its last one, those of impacts with them."""
+    """Add up the impulses of the contacts in the parts of a step before its last one, those of impacts with them."""
     found, contacts = view(found_at, Found), view(contacts_at, Contacts)
     network, parts, d = view(network_at, Network), view(parts_at, Parts), found.normal.shape[1]
     for c in range(network.n_c):
-        if contacts.P[c, 0] > 0.0 or is_joint(network, c):
+        if contacts.P[c, 0] > 0.0 and not is_joint(network, c):
             at = row_of_key(parts, found.key[c], d)
             parts.gap[at], parts.mu[at] = found.gap[c], network.mu[c]
             parts.i[at], parts.j[at] = network.i[c], network.j[c]
@@ -243,9 +243,3 @@ def with_parts(rows: ContactRows, keys: np.ndarray, parts: Parts) -> tuple[Conta
     order = np.argsort(keys)
     joined = (np.concatenate(column)[order] for column in zip(rows._replace(own=own), others, strict=True))
     return ContactRows(*joined), keys[order]
-
-
-def joints_of_parts(parts: Parts) -> tuple[np.ndarray, np.ndarray]:
-    """The keys of the joints, and their impulses in the parts before the last one."""
-    rows = np.flatnonzero(parts.key[: int(parts.n_c)] >= FIRST_JOINT)
-    return parts.key[rows], parts.P[rows]

@@ -46,6 +46,7 @@ class InMotion:
     pairs: Pairs
     progress: Any
     stages: Stages
+    n_others: Any = 0  # blocks of rows that are no contacts
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts, with what is in them."""
@@ -88,6 +89,10 @@ class InMotion:
     def begin_pairs(self) -> None:
         """What pairs of bodies exchange is summed up anew."""
         begin_pairs(self.pairs.address)
+
+    def reactions_of_joints(self) -> dict[str, np.ndarray]:
+        """Impulses and angular impulses of the last step on the second bodies of joints, of which there are none."""
+        return {"joint_impulses": np.zeros((0, self.dim)), "joint_torques": np.zeros((0, 3)[: self.dim - 1])}
 
     @property
     def carried(self) -> dict[str, Block]:

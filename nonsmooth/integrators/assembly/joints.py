@@ -1,4 +1,4 @@
-"""Joints in a step: two bodies share a point, and the impulse that keeps them together does no work.
+"""Joints in a step: two bodies share a point, an axis or a turn, and the impulse that holds them does no work.
 
     g = p_j - p_i = 0,  p = x + R s;    J_mid v_1 + b = 0,   b = (J_mid - J_0) v_0
 
@@ -9,52 +9,85 @@ P.(v_0 + v_1)/2 is no work to second order: J_mid v_1 = 0 alone would brake a pe
 second. What the points part in spite of that, dt^3 a step, is a drift that project.py takes back.
 
 Joints are rows behind the contacts of a step, with keys above all of theirs, so that they go on with their impulses
-(contacts.py), sleep and wake (sleep.py) as contacts do. Contacts of two bodies that a joint holds are left out.
+(contacts.py), sleep and wake (sleep.py) as contacts do. Contacts of two bodies that a joint holds are left out. Rows of
+joints with axes are in joint_rows.py; d of them are a block.
+**Loops.** Rows of a loop may say one thing twice, as one of thirty does in Bricard's linkage. Where bodies are off by
+O(dt^2), as in the middle of a step, they contradict each other: impulses that no body would feel grow until they resist
+the motion. Joints in loops are therefore soft, gamma + R P = 0, by a hundred thousandth; what no body feels is small.
 Source: for the rows, Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), sections 3.3 and 9.4.
 Equations: docs/theory/scenes.md, (6).
 """
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import sqrt
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.problem import Network
-from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.joint_rows import arm_at, write_law_of_rows, write_rows_of_joint
 from nonsmooth.integrators.assembly.planar import write_rows_planar
-from nonsmooth.integrators.assembly.spatial import cross, turn_by, write_rows_spatial
+from nonsmooth.integrators.assembly.spatial import cross, write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, Found, move_found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, LAST_FEATURE, NO_SHAPE, Found, move_found
+from nonsmooth.scenes.joint_kinds import OFFSET, POINT
 from nonsmooth.scenes.shape_rows import Shapes
+
+# measured: of 1/mass of a joint in a loop: Bricard's linkage, whose rods weigh 10 N, has then reactions of at most 31 N
+# at 4 ms, and 29 N at 1 ms; rigid it had 1e7 N. A step leaves 1e-5 g dt of its velocity, which is taken back
+LOOP_SOFTNESS = 1e-5
 
 
 class Joints(Block):
-    """n_j points that two bodies share."""
+    """n_j blocks of rows, of n_n joints."""
 
-    count: int
+    count: int  # blocks
+    of: Array[Ints, "n_j"]  # the joint of a block
+    begin: Array[Ints, "n_n"]  # and the first block of a joint
     shape_i: Array[Ints, "n_j"]  # a shape of either body
     shape_j: Array[Ints, "n_j"]
     i: Array[Ints, "n_j"]  # the bodies
     j: Array[Ints, "n_j"]
     arm_i: Array[Floats, "n_j", "d"]  # from their centres of mass, along their axes [m]
     arm_j: Array[Floats, "n_j", "d"]
+    u: Array[Ints, "n_j", "d"]  # the rows (joint_kinds.py)
+    w: Array[Ints, "n_j", "d"]
+    axes_i: Array[Floats, "n_j", "d", "d"]  # the frames of the joint along the axes of either body, an axis a row
+    axes_j: Array[Floats, "n_j", "d", "d"]
+    lever: Array[Floats, "n_j"]  # at which turns count [m]
+    angle: Array[Floats, "n_j"]  # of j against i at the start, in the plane [rad]
+    is_looped: Array[Ints, "n_j"]  # 1 of a joint in a loop of joints, which may hold what others do
     first: Array[Ints, "n_b + 1"]  # body b is joined to other[first[b] : first[b + 1]]
-    other: Array[Ints, "2 * n_j"]
+    other: Array[Ints, "2 * n_n"]
+
+
+class Reactions(Block):
+    """What the joints did in the last step in which they were awake, on their second bodies, in the axes of the world:
+    at the point of the joint, and about it."""
+
+    P: Array[Floats, "n_n", "d"]  # [N s]
+    torque: Array[Floats, "n_n", "2 * d - 3"]  # [N m s]
 
 
 @kernel
-def key_of_joint(k):
-    """Above the keys of all contacts, and each a pair of its own."""
-    return FIRST_JOINT | (k << FEATURE_BITS)
+def key_of_block(joints, k):
+    """Above the keys of all contacts; the blocks of a joint are a pair of its own."""
+    return FIRST_JOINT | (joints.of[k] << FEATURE_BITS) | (k - joints.begin[joints.of[k]])
 
 
 @kernel
 def joint_of(key):
     """The joint of a key; of many keys too."""
     return (key >> FEATURE_BITS) & NO_SHAPE
+
+
+@kernel
+def block_of(joints, key):
+    """The block of rows of a key."""
+    return joints.begin[joint_of(key)] + (key & LAST_FEATURE)
 
 
 @kernel
@@ -80,15 +113,6 @@ def leave_out_joined(joints_at, shapes_at, found_at, n):
 
 
 @kernel
-def arm_at(x, b, arm, k):
-    """An arm of joint k along the axes of the world, (x, y, z) with z = 0 in the plane, of body b at places x."""
-    if x.shape[1] == 3:
-        c, s = cos(x[b, 2]), sin(x[b, 2])
-        return c * arm[k, 0] - s * arm[k, 1], s * arm[k, 0] + c * arm[k, 1], 0.0
-    return turn_by(x, b, arm[k, 0], arm[k, 1], arm[k, 2])
-
-
-@kernel
 def add_joints(joints, motion, found, n):
     """Write the joints of bodies that are not both still behind the first n contacts; the new n."""
     d = found.normal.shape[1]
@@ -97,7 +121,7 @@ def add_joints(joints, motion, found, n):
         if motion.still[i] == 1 and motion.still[j] == 1:
             continue
         found.shape_i[n], found.shape_j[n] = joints.shape_i[k], joints.shape_j[k]
-        found.key[n], found.gap[n] = key_of_joint(k), 0.0
+        found.key[n], found.gap[n] = key_of_block(joints, k), 0.0
         for a in range(d):
             found.normal[n, a] = 1.0 if a == 0 else 0.0
         place_joint(joints, motion, found, n)
@@ -108,7 +132,7 @@ def add_joints(joints, motion, found, n):
 @kernel
 def place_joint(joints, motion, found, c):
     """The point of row c, midway between those of its bodies."""
-    k, x = joint_of(found.key[c]), motion.x
+    k, x = block_of(joints, found.key[c]), motion.x
     i, j = joints.i[k], joints.j[k]
     a, e = arm_at(x, i, joints.arm_i, k), arm_at(x, j, joints.arm_j, k)
     for axis in range(found.point.shape[1]):
@@ -128,11 +152,31 @@ def turn_of_arm(bodies, b, arm, k, d):
 
 
 @kernel
+def softness_of(joints, bodies, k, dt):
+    """R of block k of rows: of a joint in a loop, as its bodies move by more than they fall in a step; it is none
+    at rest."""
+    if joints.is_looped[k] == 0:
+        return 0.0
+    v, d, square, lightness, fall = bodies.v_0, bodies.gravity.shape[0], 0.0, 0.0, fall_of(bodies, dt)
+    for b in (joints.i[k], joints.j[k]):
+        if bodies.motion.moves[b] == 1:
+            lightness += 1.0 / bodies.mass[b]
+        for x in range(v.shape[1]):
+            speed = v[b, x] if x < d else joints.lever[k] * v[b, x]
+            square += speed * speed
+    return LOOP_SOFTNESS * lightness * square / (square + fall * fall) if square > 0.0 else 0.0
+
+
+@kernel
 def write_law_of_joint(joints, bodies, found, c, contacts, network, d):
     """What makes row c a joint, b, and how far its points are apart at the beginning of the step."""
-    k = joint_of(found.key[c])
+    k = block_of(joints, found.key[c])
     i, j, x = joints.i[k], joints.j[k], bodies.x_0
     network.i[c], network.j[c], network.mu[c], contacts.e[c] = i, j, JOINED, 0.0
+    if joints.w[k, 0] != POINT:
+        write_rows_of_joint(joints, bodies.motion.x, k, c, network)
+        write_law_of_rows(joints, bodies, k, c, contacts, network)
+        return
     a, e = arm_at(x, i, joints.arm_i, k), arm_at(x, j, joints.arm_j, k)
     of_i, of_j = turn_of_arm(bodies, i, joints.arm_i, k, d), turn_of_arm(bodies, j, joints.arm_j, k, d)
     for axis in range(d):
@@ -161,8 +205,8 @@ def first_joint(found, network):
     return c
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64)")
-def write_joints(joints_at, bodies_at, found_at, contacts_at, network_at, is_impact):
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_joints(joints_at, bodies_at, found_at, contacts_at, network_at, is_impact, dt):
     """Make joints of the last rows of a problem, which were written as contacts, in the plane or in space.
 
     Those of an impact are held where its bodies are, after the step.
@@ -172,19 +216,52 @@ def write_joints(joints_at, bodies_at, found_at, contacts_at, network_at, is_imp
     for c in range(first_joint(found, network), network.n_c):
         if is_impact == 0:
             found.gap[c] = 0.0
+            network.soft[c] = softness_of(joints, bodies, block_of(joints, found.key[c]), dt)
             write_law_of_joint(joints, bodies, found, c, contacts, network, network.b.shape[1])
         else:
             place_joint(joints, bodies.motion, found, c)
-            write_rows_after(bodies, found, c, network)
+            write_rows_after(joints, bodies, found, c, network)
 
 
 @kernel
-def write_rows_after(bodies, found, c, network):
+def write_rows_after(joints, bodies, found, c, network):
     """The rows of a joint where its bodies are."""
-    d = network.b.shape[1]
-    if d == 2:
+    d, k = network.b.shape[1], block_of(joints, found.key[c])
+    if joints.w[k, 0] != POINT:
+        write_rows_of_joint(joints, bodies.motion.x, k, c, network)
+    elif d == 2:
         write_rows_planar(bodies, found, c, network)
     else:
         write_rows_spatial(bodies, found, c, network)
     for axis in range(d):
         network.b[c, axis] = 0.0
+
+
+@kernel("void(int64, int64, int64, int64, int64)")
+def book_reactions(joints_at, found_at, network_at, reactions_at, is_first):
+    """Book what the joints that are awake do in a solved problem, the first one of a step or one behind it."""
+    joints, found = view(joints_at, Joints), view(found_at, Found)
+    network, reactions = view(network_at, Network), view(reactions_at, Reactions)
+    d, first = network.b.shape[1], first_joint(found, network)
+    if is_first == 1:
+        for c in range(first, network.n_c):
+            clear_reaction(reactions, joint_of(found.key[c]))
+    for c in range(first, network.n_c):
+        k, of = block_of(joints, found.key[c]), joint_of(found.key[c])
+        for row in range(d):
+            P = network.P[c, row]
+            if joints.w[k, row] == POINT or joints.w[k, row] == OFFSET:
+                for x in range(d):
+                    reactions.P[of, x] += network.J_j[c, row, x] * P
+            else:
+                for x in range(2 * d - 3):
+                    reactions.torque[of, x] += network.J_j[c, row, d + x] * P
+
+
+@kernel
+def clear_reaction(reactions, of):
+    """None yet."""
+    for x in range(reactions.P.shape[1]):
+        reactions.P[of, x] = 0.0
+    for x in range(reactions.torque.shape[1]):
+        reactions.torque[of, x] = 0.0

@@ -57,6 +57,7 @@ class Places(Block):
     links: int
     parts: int
     springs: int
+    reactions: int
 
 
 class Counts(Block):

@@ -26,7 +26,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.joints import arm_at
+from nonsmooth.integrators.assembly.joint_rows import arm_at
 from nonsmooth.integrators.assembly.wandering import row_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new, view

@@ -33,6 +33,7 @@ from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_pla
 from nonsmooth.integrators.assembly.joints import (
     Joints,
     add_joints,
+    book_reactions,
     first_joint,
     largest_drift,
     leave_out_joined,
@@ -256,7 +257,7 @@ def hold(places, is_impact, dt):
     if view(places.springs, Springs).count > 0:
         write_springs(places.springs, places.bodies, places.found, places.contacts, places.network, is_impact, dt)
     if view(places.joints, Joints).count > 0:
-        write_joints(places.joints, places.bodies, places.found, places.contacts, places.network, is_impact)
+        write_joints(places.joints, places.bodies, places.found, places.contacts, places.network, is_impact, dt)
 
 
 @kernel
@@ -387,7 +388,10 @@ def move(progress, places, network, d):
 
 @kernel
 def book_by_pairs(places, is_impact, is_first):
-    """Book what each pair of bodies did, where that is asked for; of the first problem of a step, with what sleeps."""
+    """Book what each joint did, and each pair of bodies, where that is asked for; of the first problem of a step, with
+    what sleeps."""
+    if view(places.joints, Joints).count > 0:
+        book_reactions(places.joints, places.found, places.network, places.reactions, 1 if is_first else 0)
     if view(places.pairs, Pairs).is_asked == 1:
         book_pairs(
             places.bodies, places.found, places.network, places.asleep, places.pairs, is_impact, 1 if is_first else 0

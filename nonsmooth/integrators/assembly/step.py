@@ -17,7 +17,7 @@ from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
-from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, joints_of_parts, with_parts
+from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, with_parts
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
@@ -26,12 +26,7 @@ from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.in_motion import ROOM, InMotion, Stages
-from nonsmooth.integrators.assembly.joints import (
-    Joints,
-    joint_of,
-    leave_out_joined,
-    write_joints,
-)
+from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_reactions, leave_out_joined, write_joints
 from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
@@ -56,12 +51,12 @@ from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_spr
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.integrators.assembly.struck import strike_by_law
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
-from nonsmooth.jit import Kernel, interpreted
+from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import FIRST_JOINT, FIRST_SPRING, Found
+from nonsmooth.scenes.detection import FIRST_SPRING, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -102,12 +97,13 @@ PLACES = (
     "links",
     "parts",
     "springs",
+    "reactions",
 )
 
 # defined: blocks that a step takes something from that the step before left
 CARRIED = (
     "bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "pairs", "progress", "paradoxes",
-    "parts",
+    "parts", "reactions",
 )  # fmt: skip
 
 
@@ -125,7 +121,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
             move_bodies_planar,
         ]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
-        others += [leave_out_joined, write_joints, draw_together] if has_joints else []
+        others += [leave_out_joined, write_joints, draw_together, book_reactions] if has_joints else []
         others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, tuple(others))
     others = [
@@ -138,7 +134,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
         judge_spatial,
     ]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
-    others += [leave_out_joined, write_joints, draw_together] if has_joints else []
+    others += [leave_out_joined, write_joints, draw_together, book_reactions] if has_joints else []
     others += rare
     others += [move_bodies_spatial, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
@@ -221,6 +217,7 @@ class Assembly(InMotion):
         self.contacts: Contacts = new(Contacts, m=0, n_s=n_s, d=self.dim)
         self.asleep: Asleep = new(Asleep, m=0, n_b=len(bodies.mass), d=self.dim)
         self.parts: Parts = new(Parts, m=0, d=self.dim)
+        self.reactions: Reactions = new(Reactions, n_n=len(joints.begin), d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.desks = Desks(1)
         self.unsolved: Matrices | None = None  # what ends a run that is strict
@@ -232,7 +229,7 @@ class Assembly(InMotion):
         self.pairs: Pairs = new(Pairs, n_p=2 * n_s + 16 if keeps_pairs else 0, d=self.dim)
         self.pairs.is_asked = keeps_pairs
         self.solver: Solver = new(Solver, fill=0, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
-        self._make_room(2 * n_s + 16 + int(joints.count) + SIDES * int(springs.count))
+        self._make_room(2 * n_s + 16 + self.n_others)
 
     def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
         """Take so many steps, from a time t [s] that events are told by; returns DONE, LOST or UNSOLVED."""
@@ -346,16 +343,10 @@ class Assembly(InMotion):
         joined = (np.concatenate((column[is_awake], others)) for column, others in zip(rows, resting, strict=True))
         return ContactRows(*(column[order] for column in joined))
 
-    def joint_impulses(self) -> np.ndarray:
-        """Of the last step (n_j, d), on the second body of each joint, in the axes of the world."""
-        impulses = np.zeros((int(self.joints.count), self.dim))
-        awake, asleep = int(self.network.n_c), int(self.asleep.n_c)
-        for keys, P in ((self.asleep.key[:asleep], self.asleep.own), (self.found.key[:awake], self.contacts.P)):
-            rows = np.flatnonzero(keys >= FIRST_JOINT)
-            impulses[interpreted(joint_of)(keys[rows])] = P[rows]
-        keys, P = joints_of_parts(self.parts)
-        np.add.at(impulses, interpreted(joint_of)(keys), P)
-        return impulses
+    def reactions_of_joints(self) -> dict[str, np.ndarray]:
+        """Impulses and angular impulses of the last step on the second bodies of joints."""
+        torque = self.reactions.torque
+        return {"joint_impulses": self.reactions.P, "joint_torques": torque if self.dim == 3 else torque[:, 0]}
 
     @property
     def desk(self) -> Block:
@@ -366,8 +357,12 @@ class Assembly(InMotion):
     def n_contacts(self) -> int:
         """Candidates of the last step."""
         every = int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts)
-        others = int(self.joints.count) + SIDES * int(self.springs.count)
-        return every - others if self.progress.counts.steps else every
+        return every - self.n_others if self.progress.counts.steps else every
+
+    @property
+    def n_others(self) -> int:
+        """Blocks of rows of joints and springs, that are no contacts."""
+        return int(self.joints.count) + SIDES * int(self.springs.count)
 
     @property
     def n_islands(self) -> int:

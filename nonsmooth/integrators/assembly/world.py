@@ -29,8 +29,9 @@ from nonsmooth.mechanics.laws import (
 )
 from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
-from nonsmooth.scenes.elements import Body, Kind, Spring
+from nonsmooth.scenes.elements import Body, Joint, Kind, Spring
 from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.joint_kinds import blocks_of, rows_of
 from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
@@ -44,6 +45,7 @@ OVERLAP = 1e-3
 # chosen: times what a velocity gained in the step before, that it may gain, or what gravity gives in a step: more is a
 # jump. Without the second part a pallet slips by a dt^2/2 where its platform begins to accelerate
 GAIN_GROWTH = 2.0
+NO_BODY = -1  # code: what no impulse moves, in the place of a body
 
 
 class World:
@@ -138,18 +140,35 @@ class World:
         return rows
 
     def _joints(self) -> Joints:
-        """The points that bodies share, along their axes, and who is joined to whom."""
-        listed, x = self.scene.joints, self.bodies.motion.x
-        joints = new(Joints, n_j=len(listed), n_b=len(x), d=self.dim)
-        joints.count = len(listed)
-        others: list[list[int]] = [[] for _ in x]
-        for k, joint in enumerate(listed):
-            for side, mine, other in (("i", joint.a, joint.b), ("j", joint.b, joint.a)):
-                self._join(joints, k, side, mine, joint.at)
-                others[mine.index].append(other.index)
+        """The rows of joints, in blocks, along the axes of their bodies, and who is joined to whom."""
+        listed, x, d = self.scene.joints, self.bodies.motion.x, self.dim
+        blocks = [(joint, rows) for joint in listed for rows in blocks_of(rows_of(joint.kind, d), d)]
+        joints = new(Joints, n_j=len(blocks), n_n=len(listed), n_b=len(x), d=d)
+        joints.count = len(blocks)
+        joints.of[:] = [joint.index for joint, _ in blocks]
+        joints.begin[:] = np.searchsorted(joints.of, np.arange(len(listed)))
+        looped, others = looped_joints(listed), [list[int]() for _ in x]
+        for joint in listed:
+            others[joint.a.index].append(joint.b.index)
+            others[joint.b.index].append(joint.a.index)
+        for k, (joint, rows) in enumerate(blocks):
+            joints.u[k], joints.w[k] = zip(*rows, strict=True)
+            joints.lever[k], joints.is_looped[k] = self._lever_of(joint), joint.index in looped
+            for side, body, axes in (("i", joint.a, joint.axes), ("j", joint.b, joint.axes_b)):
+                self._join(joints, k, side, body, joint.at)
+                turn = x[body.index, d:] if d == 3 else x[body.index, 2]
+                getattr(joints, f"axes_{side}")[k] = rotate(conjugate(turn) if d == 3 else -turn, axes)
+            if d == PLANAR:
+                joints.angle[k] = x[joint.b.index, 2] - x[joint.a.index, 2]
         joints.first[1:] = np.cumsum([len(row) for row in others])
         joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if listed else []
         return joints
+
+    def _lever_of(self, joint: Joint) -> float:
+        """The lever at which turns of a joint count: the reach of the smaller of its bodies that move [m]."""
+        reach = self.shapes.reach + self.shapes.radius
+        moving = [body.index for body in (joint.a, joint.b) if body.kind is Kind.DYNAMIC]
+        return min(float(reach[self.shapes.body == b].max()) for b in moving)
 
     def _springs(self) -> Springs:
         """The rows of springs: one along the line between its ends, of one of length 0 one along each axis."""
@@ -289,6 +308,42 @@ def law_of_impacts(pairs: list[tuple[Material, Material, float]]) -> ImpactLaw:
             "impact='sequential' takes any"
         )
     return IMPACT_LAWS[law]
+
+
+def looped_joints(listed: list[Joint]) -> set[int]:
+    """Which joints are in a loop of joints; what no impulse moves is one body."""
+    ways: dict[int, list[tuple[int, int]]] = {}  # from each body a joint and what is behind it: a forest
+    root: dict[int, int] = {}
+    found: set[int] = set()
+    for k, joint in enumerate(listed):
+        first, second = (body.index if body.kind is Kind.DYNAMIC else NO_BODY for body in (joint.a, joint.b))
+        a, b = (root_of(root, body) for body in (first, second))
+        if a == b:
+            found |= {k, *joints_between(ways, first, second)}
+        else:
+            root[a] = b
+            ways.setdefault(first, []).append((k, second))
+            ways.setdefault(second, []).append((k, first))
+    return found
+
+
+def root_of(root: dict[int, int], body: int) -> int:
+    """The body that stands for all that are joined to one, whose ways there become shorter."""
+    while (above := root.setdefault(body, body)) != body:
+        root[body] = body = root.setdefault(above, above)
+    return body
+
+
+def joints_between(ways: dict[int, list[tuple[int, int]]], first: int, second: int) -> list[int]:
+    """The joints between two bodies of a tree."""
+    at: list[tuple[int, list[int]]] = [(first, [])]
+    seen = {first}
+    for body, way in at:
+        if body == second:
+            return way
+        at += [(other, [*way, k]) for k, other in ways.get(body, []) if other not in seen]
+        seen |= {other for _, other in ways.get(body, [])}
+    raise AssertionError("they are joined")
 
 
 def turned_back(quaternions: np.ndarray, v: np.ndarray) -> np.ndarray:
