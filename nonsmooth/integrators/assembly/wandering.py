@@ -9,8 +9,8 @@ since. As of joints (joints.py) that is asked for, so that the work is none:
 J_before are the rows in the middle of the step before, so turn is what they turn by in half a step; of it follow the
 velocities of the contact at the ends of the step, gamma_0 = J v_0 - turn and gamma_1 = J v_1 + turn. What turns ever
 more slowly would gain by that, by dt^2: turn is at least J v_0, so that gamma_0 <= 0 and nothing is gained. The
-tangents turn likewise. The gap at the beginning, from that of the middle, bends by dt turn/4. With 1/2 for the weight of
-both steps, Euler's disc takes ten times as many of them for a tolerance of 1e-3 (controlled.py), whose lengths differ.
+tangents turn likewise. The gap at the beginning, from that of the middle, bends by dt turn/4. With 1/2 for the weight
+of both steps, Euler's disc takes ten times as many of them for a tolerance of 1e-3 (controlled.py).
 
 A contact without an impulse before, of other features, or that ran farther over a body than TURNED of its arm has no
 rows before. Nothing turns in an island in which a contact is about to land, for that moves by v_1, nor in a heap. A
