@@ -37,6 +37,8 @@ class Motion:
             number = b3.createMultiBody(
                 mass, shapes[key], basePosition=place, baseOrientation=(x, y, z, w), **self.world
             )
+        if body.kind is not Kind.FIXED:
+            b3.resetBaseVelocity(number, list(body.velocity), list(body.spin), **self.world)
         b3.changeDynamics(
             number, -1, lateralFriction=math.sqrt(body.material.mu), linearDamping=0, angularDamping=0, **self.world
         )

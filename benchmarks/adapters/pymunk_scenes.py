@@ -7,7 +7,7 @@ import pymunk
 
 from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.shapes import Box
+from nonsmooth.scenes.shapes import Box, Polygon
 
 SLOP = 1e-4  # m, chosen: a thousandth of the bodies; its own, 0.1, is for pixels
 FAR, DEEP = 1e3, 1.0  # m, chosen: length and thickness of what stands for a half-plane
@@ -33,12 +33,19 @@ class Motion:
             inertia = inertia_of(given, 2)
             body = pymunk.Body(float(inertia.mass), float(inertia.moments[0]))
             body.position, body.angle = tuple(float(x) for x in given.position), float(given.turn)
-            is_box = isinstance(shape, Box)
-            made = pymunk.Poly.create_box(body, shape.lengths) if is_box else pymunk.Circle(body, shape.radius)
+            body.velocity, body.angular_velocity = tuple(float(v) for v in given.velocity), float(given.spin)
+            made = self.shape(body, shape)
             self.space.add(body)
         made.friction = math.sqrt(given.material.mu)
         self.space.add(made)
         return body
+
+    def shape(self, body, shape):
+        if isinstance(shape, Box):
+            return pymunk.Poly.create_box(body, shape.lengths)
+        if isinstance(shape, Polygon):
+            return pymunk.Poly(body, shape.vertices.tolist())
+        return pymunk.Circle(body, shape.radius)
 
     def step(self, count):
         for _ in range(count):
