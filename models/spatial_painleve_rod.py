@@ -19,13 +19,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_positive
+from nonsmooth.checks.arrays import as_fraction, as_name, as_non_negative, as_number, as_positive
+from nonsmooth.errors import InvalidInput
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.impact_in_space import Hodograph, collide_in_space
 from nonsmooth.mechanics.system import Contact, System
 
+LAWS = ("newton", "poisson", "energetic")  # in the order of ImpactLaw
 DEPTH = 0.35  # of a metre towards the horizon, in pictures
 
 
@@ -75,6 +79,36 @@ def tip_state(t, s, p, x):
     x[5] = -slip * math.cos(psi + phi) - a * math.cos(psi) * thdot - b * math.sin(psi) * psidot
     x[6] = -slip * math.sin(psi + phi) - a * math.sin(psi) * thdot + b * math.cos(psi) * psidot
     x[7], x[8], x[9] = b * thdot, thdot, psidot
+
+
+class SpatialRodImpact(NamedTuple):
+    """Outcome of an impact without collision, horizontal vectors along h and to its left.
+
+    Attributes
+    ----------
+    P_c : float
+        Normal impulse at the greatest compression [N s].
+    P_N : float
+        Normal impulse [N s].
+    P_F : ndarray (2,)
+        Friction impulse [N s].
+    gamma_N : float
+        Normal velocity of the tip after the impact [m/s].
+    gamma_F : ndarray (2,)
+        Its horizontal velocity [m/s].
+    u : ndarray (5,)
+        Velocities x', y', z' [m/s], th' and psi' [rad/s] after the impact.
+    path : ndarray (n, 4)
+        Normal impulse, gamma_N and gamma_F on the way.
+    """
+
+    P_c: float
+    P_N: float
+    P_F: np.ndarray
+    gamma_N: float
+    gamma_F: np.ndarray
+    u: np.ndarray
+    path: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -210,6 +244,45 @@ class SpatialPainleveRod:
         free = 0.5 * self.l * (thdot**2 + (psidot * math.cos(th)) ** 2) * math.cos(th)
         tilt = kappa * math.cos(th) * (math.sin(th) - self.mu * math.cos(th) * ahead) / self.m
         return (free - la_N * tilt) * ahead - la_N * self.mu * (1 + kappa) / self.m, (free - la_N * tilt) * side
+
+    def impact_without_collision(
+        self, th: float = math.pi / 3, phi: float = 0.4, thdot: float = 0.0, psidot: float = 0.0, slip: float = 1.0,
+        e: float | None = None, law: str = "newton",
+    ) -> SpatialRodImpact:  # fmt: skip
+        """The impact that resolves a state with p < 0 and psi = 0, at frozen configuration: dv/dP = W (n - mu d).
+
+        The slide turns while it is braked, stops, and the tip sticks while gamma_N rises again.
+
+        Parameters
+        ----------
+        th, phi, thdot, psidot, slip : float
+            The state, as in `state`.
+        e : float, optional
+            Restitution coefficient; the model's when left out.
+        law : {"newton", "poisson", "energetic"}
+            What e is a ratio of: velocities, impulses, or, squared, works.
+
+        Raises
+        ------
+        InvalidInput
+            Where p >= 0 (there is no such impact), for e outside [0, 1], and slip = 0.
+        UnknownName
+            For another law.
+        """
+        q, u = self.state(th, phi, thdot, psidot, as_positive("slip", slip, "m/s"))
+        if self.p(th, phi) >= 0:
+            raise InvalidInput(f"an impact without collision needs p < 0; got p = {self.p(th, phi):g} 1/kg")
+        h = new(Hodograph)
+        h.mu, h.e, h.law = self.mu, as_fraction("e", self.e if e is None else e), LAWS.index(as_name("law", law, LAWS))
+        h.G[:], h.before[1:] = self.delassus(th), [-slip * math.cos(phi), -slip * math.sin(phi)]
+        collide_in_space(h.address)
+        P_N, P_1, P_2 = h.impulse.tolist()
+        u += np.array([P_1, P_2, P_N, 0.0, 0.0]) / self.m
+        u[3] += 0.5 * self.l * (P_1 * math.sin(th) - P_N * math.cos(th)) / self.I
+        u[4] -= 0.5 * self.l * P_2 / (self.I * math.cos(th))
+        return SpatialRodImpact(
+            h.P_c, P_N, np.array([P_1, P_2]), float(h.gamma[0]), h.gamma[1:].copy(), u, h.path[: h.n].copy()
+        )
 
     def critical_friction(self, th: float, phi: float = 0.0) -> float:
         """mu_P(th)/cos phi, mu_P = (1 + kappa cos^2 th)/(kappa sin th cos th): p < 0 above it; inf: nowhere."""

@@ -79,10 +79,31 @@ def genot_brogliato_surface(folder: Path) -> None:
     figure.savefig(folder / "space_genot_brogliato.png", dpi=150)
 
 
+def impacts(folder: Path) -> None:
+    """How the sliding velocity turns in an impact without collision, and how fast the tip leaves."""
+    figure, (plane, exits) = plt.subplots(1, 2, figsize=(9.0, 4.2), layout="constrained")
+    th = ROD.least_critical_friction()[1]
+    for phi in np.radians([-45, -30, -15, 0, 15, 30, 45]):
+        path = ROD.impact_without_collision(th, phi, e=1.0, law="energetic").path
+        plane.plot(path[:, 2], path[:, 3], lw=1.2)
+        plane.plot([path[0, 2], 0.0], [path[0, 3], 0.0], color="0.6", lw=0.6, ls=":", zorder=0)
+        plane.plot(*path[0, 2:], "ko", ms=3)
+    plane.set(
+        xlabel="γ_F along h [m/s]", ylabel="γ_F across [m/s]", title=f"the slide turns, θ = {math.degrees(th):.1f}°"
+    )
+    azimuths = np.linspace(-0.9999, 0.9999, 161) * ROD.critical_azimuth(th)
+    for law, style in (("poisson", "--"), ("energetic", "-")):
+        speeds = [ROD.impact_without_collision(th, phi, e=1.0, law=law).gamma_N for phi in azimuths]
+        exits.plot(np.degrees(azimuths), speeds, style, label=f"{law}, e = 1")
+    exits.set(xlabel="φ [°]", ylabel="γ_N after the impact [m/s]", title="the tip leaves, slip 1 m/s")
+    exits.legend(fontsize=9)
+    figure.savefig(folder / "space_impacts.png", dpi=150)
+
+
 def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     folder.mkdir(parents=True, exist_ok=True)
-    for figure in (elevation_and_azimuth, elevation_and_spin, azimuth_and_spin, genot_brogliato_surface):
+    for figure in (elevation_and_azimuth, elevation_and_spin, azimuth_and_spin, genot_brogliato_surface, impacts):
         figure(folder)
 
 

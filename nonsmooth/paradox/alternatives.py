@@ -1,8 +1,9 @@
 """Impacts without collision: the way out of a state by velocities that jump though nothing collides.
 
-One unilateral contact that slides with p_s < 0: the impulse map of ``paradox.impact``, under each law of impact. One
-bilateral contact: plastic, both velocities zero, where sticking needs |P_F| <= mu |P_N|. Several closed contacts: laws
-that divide an impact into compression and expansion are not defined; with Newton's law, gamma_N- = 0 makes
+One unilateral contact that slides with p_s < 0: the impulse map of ``mechanics.impact``, and with friction in two
+directions the hodograph of ``mechanics.impact_in_space``, under each law of impact. One bilateral contact: plastic,
+both velocities zero, where sticking needs |P_F| <= mu |P_N|. Several closed contacts: laws that divide an impact into
+compression and expansion are not defined; with Newton's law, gamma_N- = 0 makes
 
     gamma+ = G P + gamma-,    P != 0
 
@@ -24,6 +25,7 @@ from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.impact import impulse_map
+from nonsmooth.mechanics.impact_in_space import Hodograph, collide_in_space
 from nonsmooth.mechanics.laws import LAWS_OF_ONE, ImpactLaw
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 from nonsmooth.paradox.state_problem import Problem
@@ -39,11 +41,11 @@ class ImpactAlternative:
     e : float
         Coefficient of restitution (of the law).
     P_N, P_F : ndarray (n_c,)
-        Impulses [N s].
+        Impulses [N s]; P_F (n_c, 2) with friction in two directions.
     u : ndarray (n_u,)
         Velocities after it.
     gamma_N, gamma_F : ndarray (n_c,)
-        Contact velocities after it [m/s]; nan for open contacts.
+        Contact velocities after it [m/s]; nan for open contacts; gamma_F (n_c, 2) with friction in two directions.
     """
 
     law: ImpactLaw
@@ -139,3 +141,37 @@ def outcome_of(problem: Problem, rows: np.ndarray, impact: Impact) -> ImpactAlte
     P_N, P_F = problem.spread(P, 0.0)
     gamma_N, gamma_F = problem.spread(problem.rates(velocities(problem), P), np.nan)
     return ImpactAlternative(impact.law, impact.e, P_N, P_F, problem.u + problem.X.T @ P, gamma_N, gamma_F)
+
+
+def impacts_in_space(problem: Problem, restitution: np.ndarray) -> tuple[ImpactAlternative, ...]:
+    """Every impact without collision of a contact that slides in two directions with p < 0, coupled to no other."""
+    found = []
+    for island in range(len(problem.counts)):
+        (k, *others), h = problem.members(island), new(Hodograph)
+        i, first = problem.closed[k], problem.start[k]
+        if others or problem.d(k) < 2 or problem.slip[k] == 0 or problem.kind(k) == GIVEN_FORCE:
+            continue
+        rows = slice(first, first + 3)
+        h.mu, h.e, h.G[:] = problem.mu[k], restitution[i], problem.G[rows, rows]
+        h.before[1] = np.linalg.norm(problem.gamma[i, 1:])
+        if h.G[0, 0] - h.mu * h.G[0, 1] >= 0.0:
+            continue
+        for law in LAWS_OF_ONE:
+            h.law = int(law)
+            if collide_in_space(h.address):
+                found.append(outcome_in_space(problem, k, h))
+    return tuple(found)
+
+
+def outcome_in_space(problem: Problem, k: int, h: Hodograph) -> ImpactAlternative:
+    """Velocities after an impact of closed contact k, of which only it has a part."""
+    i, n_c = problem.closed[k], problem.system.n_c
+    d = problem.gamma[i, 1:] / h.before[1]
+    axes = np.column_stack([d, [-d[1], d[0]]])  # along the slide, and to its left
+    P_N, P_F = np.zeros(n_c), np.zeros((n_c, 2))
+    P_N[i], P_F[i] = h.impulse[0], axes @ h.impulse[1:]
+    gamma = np.full((n_c, 3), np.nan)
+    gamma[problem.closed] = problem.gamma[problem.closed]
+    gamma[i] = h.gamma[0], *(axes @ h.gamma[1:])
+    u = problem.u + problem.X[problem.start[k] : problem.start[k] + 3].T @ h.impulse
+    return ImpactAlternative(ImpactLaw(h.law), float(h.e), P_N, P_F, u, gamma[:, 0], gamma[:, 1:])

@@ -266,11 +266,7 @@ def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state
     tolerance = as_fraction("tolerance", tolerance)
     e = None if restitution is None else as_fraction("restitution", restitution)
     if system.d > 1:
-        if e is not None:
-            raise InvalidInput(
-                "impacts without collision are not listed for friction in two directions; leave out restitution="
-            )
-        return classify_in_space(system, t, q, u, tolerance)
+        return classify_in_space(system, t, q, u, tolerance, e)
     judged = Judgement(forces_found(system, t, q, u), e)
     n_solutions, is_complete = judged.count()
     return Classification(t, q, u, kind_of(n_solutions, is_complete), n_solutions, is_complete, judged, tolerance)

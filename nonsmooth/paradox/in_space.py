@@ -16,8 +16,9 @@ Source: GÃ©not, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Champneys, VÃ
 
 from __future__ import annotations
 
+import functools
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,8 +28,10 @@ from nonsmooth.contact.planar.forces import Outcome
 from nonsmooth.contact.planar.single import FREE, STICK
 from nonsmooth.contact.spatial.all_solutions import SLIDE
 from nonsmooth.contact.spatial.contact_solutions import are_all_slides
+from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.situation import Situation
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
+from nonsmooth.paradox.alternatives import ImpactAlternative, impacts_in_space
 from nonsmooth.paradox.kinds import ParadoxFlag, ParadoxKind, kind_of
 from nonsmooth.paradox.state_problem import Problem, forces_found
 from nonsmooth.views import view
@@ -88,6 +91,9 @@ class SpatialClassification:
         directions; nan where it is open.
     contacts : tuple of str
         What the contacts are called.
+    impacts : tuple of ImpactAlternative
+        Impacts without collision, under each law, of a contact that slides with p < 0 and is coupled to no other; found
+        when they are first asked for.
     """
 
     t: float
@@ -106,6 +112,17 @@ class SpatialClassification:
     b: np.ndarray
     p: np.ndarray
     contacts: tuple[str, ...]
+    _problem: Problem = field(repr=False)
+    _restitution: np.ndarray = field(repr=False)
+
+    @functools.cached_property
+    def impacts(self) -> tuple[ImpactAlternative, ...]:
+        return impacts_in_space(self._problem, self._restitution)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All that can be asked for: another process, or a copy, need not have the system."""
+        stated = [part.name for part in fields(self) if not part.name.startswith("_")]
+        return {name: getattr(self, name) for name in (*stated, "impacts")}
 
     def __str__(self) -> str:
         return view(self, "text")(self)
@@ -140,9 +157,9 @@ class SpatialClassification:
 
 
 def classify_in_space(
-    system: System, t: float, q: np.ndarray, u: np.ndarray, tolerance: float
+    system: System, t: float, q: np.ndarray, u: np.ndarray, tolerance: float, restitution: float | None = None
 ) -> SpatialClassification:
-    """The classification of a state.
+    """The classification of a state; of impacts with each contact's own restitution, unless it is given.
 
     Raises
     ------
@@ -167,7 +184,8 @@ def classify_in_space(
         t, q, u, kind_of(found.total, is_all), found.total, is_all,
         tuple(solution(problem, chosen, direction) for chosen in listed), flags, tuple(mode), gamma_N.copy(),
         gamma_F.copy(), direction, spread(problem.mu, problem), spread(b, problem), spread(p, problem),
-        system.described.contacts,
+        system.described.contacts, problem,
+        system.laws[:, LAW_E_N].copy() if restitution is None else np.full(system.n_c, restitution),
     )  # fmt: skip
 
 

@@ -73,6 +73,9 @@ def spatial_text(c: SpatialClassification) -> str:
             for j, one in enumerate(c.solutions[:SOLUTIONS_SHOWN])
         ]
         lines += ["", "solutions (forces in N)", *_table(rows, head)]
+    if c.impacts:
+        lines += ["", "impact without collision (impulses in N s, velocities after it in m/s)"]
+        lines += _table(_impact_rows(c.impacts[:SOLUTIONS_SHOWN]), IMPACT_HEAD)
     return "\n".join(lines)
 
 
@@ -89,6 +92,7 @@ def spatial_dictionary(c: SpatialClassification) -> dict[str, Any]:
         "solutions": [
             {"modes": list(one.modes), "la": one.la.tolist(), "du": one.du.tolist()} for one in c.solutions
         ],
+        "impacts": [_impact_dictionary(impact) for impact in c.impacts],
     }  # fmt: skip
 
 
@@ -123,7 +127,8 @@ def _solution_row(j: int, s: ForceSolution) -> tuple[str, ...]:
 
 
 def _impact_row(impact: ImpactAlternative) -> tuple[str, ...]:
-    columns = (_numbers(column) for column in (impact.P_N, impact.P_F, impact.gamma_N, impact.gamma_F))
+    columns = (_numbers(column) if column.ndim == 1 else " | ".join(map(_pair, column))
+               for column in (impact.P_N, impact.P_F, impact.gamma_N, impact.gamma_F))  # fmt: skip
     return ("", ImpactLaw(impact.law).name.lower(), f"{impact.e:g}", *columns)
 
 
@@ -172,12 +177,13 @@ def as_dictionary(c: Classification) -> dict[str, Any]:
             for name in ("q", "u", "gamma_N", "gamma_F", "mu", "a", "b", "p", "k", "chatter_ratio", "is_bilateral")
         },
         "solutions": [_solution_dictionary(solution) for solution in c.solutions],
-        "impacts": [
-            {"law": ImpactLaw(impact.law).name.lower(), "e": impact.e}
-            | {name: getattr(impact, name).tolist() for name in ("P_N", "P_F", "u", "gamma_N", "gamma_F")}
-            for impact in c.impacts
-        ],
+        "impacts": [_impact_dictionary(impact) for impact in c.impacts],
     }
+
+
+def _impact_dictionary(impact: ImpactAlternative) -> dict[str, Any]:
+    numbers = {name: getattr(impact, name).tolist() for name in ("P_N", "P_F", "u", "gamma_N", "gamma_F")}
+    return {"law": ImpactLaw(impact.law).name.lower(), "e": impact.e, **numbers}
 
 
 def _solution_dictionary(solution: ForceSolution) -> dict[str, Any]:

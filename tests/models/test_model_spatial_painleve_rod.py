@@ -180,3 +180,44 @@ def test_a_state_leaves_the_paradox_by_its_azimuth_alone():
     (_, th_in, phi_in), (_, _, phi_out) = path[leaving - 1], path[leaving]
     low, high = rod.paradoxical_angles()
     assert low < th_in < high and abs(phi_in) < rod.critical_azimuth(th_in) < abs(phi_out) + 1e-2
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
+def test_the_impact_of_the_model_is_the_one_that_is_classified(law):
+    state = {"th": 1.0, "phi": 0.5, "thdot": 0.4, "psidot": -2.0, "slip": 0.8}
+    rod = SpatialPainleveRod(mu=2.0)
+    of_model = rod.impact_without_collision(**state, e=0.6, law=law)
+    (listed,) = [x for x in ns.classify(rod, state=state, restitution=0.6).impacts if x.law.name.lower() == law]
+    np.testing.assert_allclose([of_model.P_N, *of_model.P_F], [listed.P_N[0], *listed.P_F[0]], rtol=1e-12)
+    np.testing.assert_allclose(of_model.u, listed.u, rtol=1e-12, atol=1e-13)
+    assert of_model.gamma_N == pytest.approx(listed.gamma_N[0], abs=1e-14)
+    np.testing.assert_array_equal(of_model.gamma_F, 0.0)
+    assert of_model.path[0].tolist() == [0.0, 0.0, *(-0.8 * np.array([math.cos(0.5), math.sin(0.5)]))]
+    with pytest.raises(ns.InvalidInput, match="needs p < 0"):
+        rod.impact_without_collision(phi=1.2)
+
+
+def test_the_slide_turns_while_an_impact_brakes_it_and_compression_does_not_know_how():
+    """What ends compression at rest has P_c = -G^-1 gamma whatever the way there; the work of the way is its own."""
+    rod = SpatialPainleveRod(mu=2.0)
+    found = rod.impact_without_collision(th=1.0, phi=0.5, e=1.0, law="energetic")
+    path = found.path
+    moving = np.hypot(path[:, 2], path[:, 3]) > 1e-6
+    phi = np.arctan2(-path[moving, 3], -path[moving, 2])
+    assert ((np.diff(phi) > 0).all() or (np.diff(phi) < 0).all()) and abs(phi[-1] - phi[0]) > 0.1
+    for azimuth in (0.0, 0.2, 0.5, -0.7):
+        other = rod.impact_without_collision(th=1.0, phi=azimuth, slip=0.6, e=1.0, law="poisson")
+        braked = -np.linalg.solve(rod.delassus(1.0), [0.0, *other.path[0, 2:]])
+        assert other.P_c == pytest.approx(braked[0], rel=1e-13) and other.P_N == pytest.approx(2 * braked[0], rel=1e-13)
+
+
+def test_at_the_edge_of_the_paradox_the_tip_still_leaves():
+    """By the energetic law gamma_N+ ~ sqrt(|p|) in the plane as p -> 0; where p = 0 is met in phi, it has a limit."""
+    rod, plane = SpatialPainleveRod(mu=2.0), PainleveRod(mu=2.0)
+    distances, phi_max, th_1 = (1e-4, 1e-6, 1e-8), rod.critical_azimuth(1.0), rod.paradoxical_angles()[0]
+    aside = [rod.impact_without_collision(1.0, phi_max - x, e=1.0, law="energetic").gamma_N for x in distances]
+    assert aside == pytest.approx([0.1254] * 3, abs=1e-4)
+    ahead = [rod.impact_without_collision(th_1 + x, 0.0, e=1.0, law="energetic").gamma_N for x in distances]
+    flat = [plane.impact_without_collision(th_1 + x, 0.0, -1.0, e=1.0, law="energetic").gamma_N for x in distances]
+    np.testing.assert_allclose(ahead, flat, rtol=1e-6)
+    np.testing.assert_allclose(np.divide(ahead[:-1], ahead[1:]), 10.0, rtol=1e-3)

@@ -1,6 +1,7 @@
 """Classification of states with friction in two directions, against closed forms and a search of all directions."""
 
 import math
+import pickle
 from typing import NamedTuple
 
 import numpy as np
@@ -79,8 +80,6 @@ def test_what_lands_or_penetrates_is_refused():
         ns.classify(system, 0.0, [0, 0, 0], [-1.0, 0, 0])
     with pytest.raises(ns.InvalidInput, match="penetrates"):
         ns.classify(system, 0.0, [-0.1, 0, 0], [0, 0, 0])
-    with pytest.raises(ns.InvalidInput, match="leave out restitution="):
-        ns.classify(system, 0.0, [0, 0, 0], [0, 0, 0], restitution=0.5)
 
 
 def two_blocks(mu_2, directions=2):
@@ -130,3 +129,26 @@ def test_the_forces_of_a_slide_are_those_that_a_step_takes():
     (solution,) = ns.classify(system, 0.0, q, u).solutions
     sol = ns.simulate(system, (0, dt), q, u, integrator=ns.MoreauJean(dt=dt))
     np.testing.assert_allclose(np.array([sol.P_N[-1, 0], *sol.P_F[-1, 0]]) / dt, solution.la[0], rtol=1e-5)
+
+
+def test_impacts_without_collision_are_listed_where_a_slide_has_p_below_zero():
+    """Their velocities are gamma + G P, each law's in its order; none of p > 0, of rest, or of coupled contacts."""
+    c = classified(COUPLED, [-1.0, 0.2, 0.1], 2.0, (1.0, 0.7))
+    newton, poisson, energetic = c.impacts
+    assert [impact.law.name for impact in c.impacts] == ["NEWTON", "POISSON", "ENERGETIC"]
+    again = ns.classify(of_matrix(np.array(COUPLED), np.array([-1.0, 0.2, 0.1]), 2.0), 0.0, [0, 0, 0], [0, 1.0, 0.7],
+                        restitution=0.8)  # fmt: skip
+    for impact in (newton, *again.impacts):
+        P = np.array([impact.P_N[0], *impact.P_F[0]])
+        after = np.array([0.0, 1.0, 0.7]) + np.array(COUPLED) @ P
+        np.testing.assert_allclose(impact.u, after, atol=1e-14)
+        np.testing.assert_allclose([impact.gamma_N[0], *impact.gamma_F[0]], after, atol=1e-14)
+        assert np.linalg.norm(P[1:]) <= 2.0 * P[0]
+    assert newton.gamma_N[0] == poisson.gamma_N[0] == energetic.gamma_N[0] == 0.0  # e = 0
+    e_P, e_W = again.impacts[1], again.impacts[2]
+    assert e_P.P_N[0] == pytest.approx(1.8 * newton.P_N[0], rel=1e-12) and 0 < e_W.gamma_N[0] < e_P.gamma_N[0]
+    assert "energetic  0.8" in str(again) and again.to_dict()["impacts"][1]["law"] == "poisson"
+    copied = pickle.loads(pickle.dumps(again))
+    assert copied.impacts[1].P_N[0] == e_P.P_N[0] and str(copied) == str(again)
+    assert classified(COUPLED, [-1.0, 0.2, 0.1], 2.0, (-1.0, 0.7)).impacts == ()
+    assert classified(COUPLED, [-1.0, 0.2, 0.1], 2.0).impacts == ()
