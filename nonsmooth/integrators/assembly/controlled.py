@@ -187,6 +187,8 @@ class Controlled(Assembly):
 
     def _add(self, before: Parts) -> None:
         """Add the impulses of parts to those of the step."""
+        if before.n_c == 0:
+            return
         self._make_room_for_parts(int(before.n_c))
         add_parts(self.parts.address, before.address)
 
@@ -254,7 +256,7 @@ class Controlled(Assembly):
                 keep_rows(type(block)(words), block)
         self.solver.direct.desk.graph.end = self.fill
         self.verdicts = []
-        self.go_on()
+        self.go_on()  # addresses are those of now
 
 
 def norms(a: np.ndarray) -> np.ndarray:
