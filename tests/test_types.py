@@ -106,13 +106,23 @@ WRONG = {
 }
 
 
-def checked(script, folder):
-    """The complaints of mypy --strict, (line, code), each once."""
-    (folder / "script.py").write_text(script)
-    words = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--config-file", "", "script.py"]
-    ended = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=500)
-    found = re.findall(r"^script.py:(\d+): error: .*\[(.*)\]$", ended.stdout, re.M)
-    return [(int(line), code) for line, code in dict.fromkeys(found)]
+@pytest.fixture(scope="module")
+def complaints(tmp_path_factory):
+    """Of mypy --strict, (line, code), each once, about both scripts with their mistakes."""
+    pytest.importorskip("mypy")
+    folder = tmp_path_factory.mktemp("scripts")
+    (folder / "script.py").write_text(SCRIPT + "\n".join(WRONG) + "\n")
+    (folder / "of_scenes.py").write_text(SCENE_SCRIPT + "\n".join(WRONG_OF_SCENES) + "\n")
+    words = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--config-file", ""]
+    ended = subprocess.run(
+        [*words, "script.py", "of_scenes.py"], cwd=folder, capture_output=True, text=True, timeout=500
+    )
+
+    def about(name):
+        found = re.findall(rf"^{name}.py:(\d+): error: .*\[(.*)\]$", ended.stdout, re.M)
+        return [(int(line), code) for line, code in dict.fromkeys(found)]
+
+    return about
 
 
 def test_the_stub_has_every_public_name_from_where_it_is_loaded():
@@ -158,18 +168,14 @@ def test_what_a_checker_sees_of_simulate_is_what_it_takes():
         assert all(seen[name].default == own[name].default and seen[name].kind == own[name].kind for name in seen)
 
 
-def test_a_script_of_scenes_passes_and_its_mistakes_do_not(tmp_path):
-    pytest.importorskip("mypy")
+def test_a_script_of_scenes_passes_and_its_mistakes_do_not(complaints):
     lines = len(SCENE_SCRIPT.splitlines())
-    found = checked(SCENE_SCRIPT + "\n".join(WRONG_OF_SCENES) + "\n", tmp_path)
-    assert found == [(lines + 1 + k, code) for k, code in enumerate(WRONG_OF_SCENES.values())]
+    assert complaints("of_scenes") == [(lines + 1 + k, code) for k, code in enumerate(WRONG_OF_SCENES.values())]
 
 
-def test_a_users_script_passes_and_its_mistakes_do_not(tmp_path):
-    pytest.importorskip("mypy")
+def test_a_users_script_passes_and_its_mistakes_do_not(complaints):
     lines = len(SCRIPT.splitlines())
-    found = checked(SCRIPT + "\n".join(WRONG) + "\n", tmp_path)
-    assert found == [(lines + 1 + k, code) for k, code in enumerate(WRONG.values())]
+    assert complaints("script") == [(lines + 1 + k, code) for k, code in enumerate(WRONG.values())]
 
 
 ENDS = [

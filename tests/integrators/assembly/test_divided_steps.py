@@ -73,6 +73,7 @@ def run(scene, t_end, dt):
     return ns.simulate(scene, (0, t_end), integrator=ns.MoreauJean(dt=dt))
 
 
+@functools.cache
 def errors_in_time(dim, block, dt, **more):
     """Of the first two impacts [s]."""
     times, _ = impacts_of_housner(*block)

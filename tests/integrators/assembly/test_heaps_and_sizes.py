@@ -58,7 +58,7 @@ def falling_discs(seed, r=0.05, pitch=0.12, a_row=12):
 
 
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_discs_that_fall_from_high_do_not_go_into_one_another(seed):
     """A step lets them in by a part of their size, and takes a share of what is there back: d < 0.8 d + 3e-4 r."""
     stats = ns.simulate(falling_discs(seed), (0, 1.0), integrator=ns.MoreauJean(DT), every=500).stats

@@ -131,7 +131,9 @@ def test_heaps_whose_gaps_contradict_one_another_come_to_rest():
         run = SceneRun(box_heap(seed, boxes=400, a_row=20), (0.0, DT), ns.MoreauJean(DT), 1, None)
         run.assembly.take_steps(DT, 2000)
         resting += run.assembly.progress.is_resting == 1 or run.assembly.network.islands.count == 0
-    assert resting >= 2
+        if resting == 2:
+            return
+    pytest.fail(f"{resting} of 4 heaps rest")
 
 
 def test_few_bodies_have_no_gap_held():

@@ -5,6 +5,7 @@ say when the load ends a mode, for however short a time.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -24,12 +25,20 @@ def events_at(rtol):
     return ns.EventDriven(rtol, max(1e-14, 1e-2 * rtol))
 
 
-def block(force, contact):
-    """A block of 1 kg on a table: coordinates (x, y), force(t) = (F_x, F_y) beside its weight."""
+def block(force, contact, parameters=None):
+    """A block of 1 kg on a table: coordinates (x, y), force(t), or force(t, p), = (F_x, F_y) beside its weight."""
 
-    def loads(t, q, u, p, h):
-        h[0], h[1] = force(t)
-        h[1] -= GRAVITY
+    if parameters is None:
+
+        def loads(t, q, u, p, h):
+            h[0], h[1] = force(t)
+            h[1] -= GRAVITY
+
+    else:
+
+        def loads(t, q, u, p, h):
+            h[0], h[1] = force(t, p)
+            h[1] -= GRAVITY
 
     def mass(t, q, p, M):
         M[0, 0] = M[1, 1] = 1.0
@@ -43,7 +52,10 @@ def block(force, contact):
     def tangent(t, q, p, W):
         W[0, 0, 0] = 1.0
 
-    return ns.System(n_q=2, mass=mass, force=loads, gap=gap, normal=normal, tangent=tangent, contacts=[contact])
+    return ns.System(
+        n_q=2, mass=mass, force=loads, gap=gap, normal=normal, tangent=tangent, contacts=[contact],
+        **({} if parameters is None else {"parameters": parameters}),
+    )  # fmt: skip
 
 
 def pushed(part, rate):
@@ -172,13 +184,23 @@ def test_guide_lets_go_where_its_normal_force_is_too_small_for_a_moment(depth, r
     assert begins_of(sol, ContactMode.SLIDE) == pytest.approx(troughs, abs=1e-11)
 
 
+class Load(NamedTuple):
+    """Of a guide: parameters, so that one system is compiled."""
+
+    push: float
+    depth: float
+    rate: float
+    side: float
+
+
+def force_on_guide(t, p):
+    return p.push, GRAVITY - p.side * (math.cos(p.rate * t) + 1 - p.depth)
+
+
 def guide(push, depth, rate, side=1):
     """Pushed along by a constant force, pressed to a side by N = cos(rate t) + 1 - depth, or to the other."""
 
-    def force(t):
-        return push, GRAVITY - side * (math.cos(rate * t) + 1 - depth)
-
-    return block(force, ns.Contact(mu=MU, bilateral=True))
+    return block(force_on_guide, ns.Contact(mu=MU, bilateral=True), Load(push, depth, rate, side))
 
 
 def slips_at_the_first_trough(push, depth, rate):
