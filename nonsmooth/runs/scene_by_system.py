@@ -35,7 +35,6 @@ from nonsmooth.results.recorded import (
     IMPULSES,
     LEDGER,
     MODES,
-    PAIRS,
     VELOCITIES,
     kinds_of_scene,
 )
@@ -111,7 +110,7 @@ class SceneBySystem:
     ) -> None:  # fmt: skip
         method = type(integrator).__name__
         self.kinds = kinds_of_scene(record)
-        require_taken_by_system(method, refused | {'record="pairs"': PAIRS in self.kinds})
+        require_taken_by_system(method, refused)
         self.scene, self.t_span, self.t_0 = scene, t_span, t_span[0]
         self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()
         self.touches = touches_of(scene)

@@ -9,7 +9,7 @@ from typing import Any
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.results.recorded import kinds_of_scene
+from nonsmooth.results.recorded import PAIRS, kinds_of_scene
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.asked import Asked, require_integrator
@@ -28,7 +28,7 @@ def simulate_scene(scene: Scene, t_span: tuple[float, float] | None, integrator:
     """`simulate` for a scene: by steps of scenes, or as its system."""
     t_span = span_of(scene, t_span)
     method, why = chosen_of_scene(integrator, scene, t_span)
-    instead = steps_instead(method, scene, t_span[0])
+    instead = steps_instead(method, scene, t_span[0], asked)
     if goes_by_system(method) and instead is None:
         solution = by_its_system(scene, t_span, method, integrator, asked)
     else:
@@ -68,10 +68,8 @@ def by_its_system(
     from nonsmooth.runs.scene_by_system import SceneBySystem
     from nonsmooth.runs.simulate_system import simulate_system
 
-    left_out = {"checkpoint": asked.checkpoint, "resume": asked.resume, "view": asked.view}
-    left_out["threads"] = asked.threads > 1
     functions = as_functions(asked.events, OF_SCENE)
-    of_scene = SceneBySystem(scene, t_span, method, asked.record, functions, left_out)
+    of_scene = SceneBySystem(scene, t_span, method, asked.record, functions, of_steps_alone(asked))
 
     def run_system(system: Any, span: tuple[float, float], q0: Any, u0: Any, events: Any, record: Any) -> Solution:
         return simulate_system(system, span, q0, u0, None, integrator, replace(asked, events=events, record=record))
@@ -111,7 +109,7 @@ def goes_by_system(integrator: Any) -> bool:
     return not isinstance(integrator, MoreauJean | Penalty)
 
 
-def steps_instead(integrator: Any, scene: Scene, t_0: float) -> str | None:
+def steps_instead(integrator: Any, scene: Scene, t_0: float, asked: Asked) -> str | None:
     """Why `Adaptive` takes steps of the scene (controlled_run.py) and not of its system; None where it does not."""
     from nonsmooth.integrators.adaptive.options import Adaptive
 
@@ -119,12 +117,20 @@ def steps_instead(integrator: Any, scene: Scene, t_0: float) -> str | None:
         return None
     from nonsmooth.runs.scene_by_system import few_contacts
 
+    if taken := [name for name, value in of_steps_alone(asked).items() if value]:
+        return f"a run by the system of a scene takes no {taken[0]}"
     try:
         few_contacts(scene, "Adaptive of systems", t_0)
         scene.state()
     except InvalidInput as refusal:
         return str(refusal).split(";")[0]
     return None
+
+
+def of_steps_alone(asked: Asked) -> dict[str, Any]:
+    """Options that runs by the system of a scene do not take, as they were given; None or False where left out."""
+    options = {"checkpoint": asked.checkpoint, "resume": asked.resume, "view": asked.view, "threads": asked.threads > 1}
+    return options | {'record="pairs"': PAIRS in kinds_of_scene(asked.record)}
 
 
 def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) -> tuple[Any, str | None]:

@@ -210,6 +210,21 @@ def test_a_force_that_raises_ends_the_run_at_the_last_whole_step():
     assert 0.0 < sol.t[-1] < 0.1 and v == pytest.approx((-G + 0.5) * sol.t[-1], rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    "option",
+    [{"checkpoint": "run"}, {"threads": 2}, {"record": ["bodies", "pairs"]}],
+    ids=lambda option: next(iter(option)),
+)
+def test_what_a_run_by_the_system_does_not_take_is_taken_by_steps(option, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = ns.Scene(gravity=PLANE)
+    scene.fixed(ns.HalfPlane((0, 1)))
+    scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="b")
+    sol = ns.simulate(scene, (0, 0.2), integrator=ns.Adaptive(1e-6), **option)
+    assert sol.stats.lengths is not None and next(iter(option)) in sol.about["chosen"]
+    assert sol["b"].position[-1, 1] == pytest.approx(1 - 0.5 * G * 0.04, rel=1e-12)
+
+
 def test_a_scene_of_few_contacts_is_taken_as_its_system():
     scene = ns.Scene(gravity=PLANE)
     scene.fixed(ns.HalfPlane((0, 1)))
