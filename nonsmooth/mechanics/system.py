@@ -101,7 +101,7 @@ class Contact:
     directions : {1, 2}
         Of friction: 1 in a plane, 2 on a surface in space, where ``tangent`` writes two orthonormal rows and the cone
         |P_F| <= mu |P_N| is round. Such a system has unilateral contacts, and some with a given normal force; impacts
-        follow Newton's law; `MoreauJean` simulates it.
+        follow Newton's law, of one contact also Poisson's or the energetic one; `MoreauJean` simulates it.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
     at : callable, optional
@@ -515,9 +515,10 @@ def _check_space(system: System) -> None:
     for contact in system.contacts if system.d > 1 else ():
         if contact.bilateral:
             raise InvalidInput(f"a system with friction in two directions takes no bilateral contact; got {contact}")
-        if contact.law_of_impact != "newton":
+        if contact.law_of_impact == "sequential" or (contact.law_of_impact != "newton" and system.n_c > 1):
             raise InvalidInput(
-                f"a system with friction in two directions takes Newton's law of impact alone; got {contact}"
+                "a system with friction in two directions takes Newton's law of impact, of one contact also 'poisson' "
+                f"and 'energetic'; got {contact}"
             )
 
 

@@ -75,7 +75,7 @@ class SpatialClassification:
     solutions : tuple of SpatialSolution
         The first 256 of them.
     flags : ParadoxFlag
-        PAINLEVE where p <= 0 for the present slip, at rest for some direction; P_ZERO, B_ZERO.
+        PAINLEVE where p <= 0 for the present slip, at rest for some direction; P_ZERO, B_ZERO, GENOT_BROGLIATO.
     mode : tuple of str
         What each contact does: "open", "resting", "sliding", "closed" (no friction).
     gamma_N : ndarray (n_c,), gamma_F : ndarray (n_c, 2)
@@ -220,7 +220,9 @@ def slopes(problem: Problem, tolerance: float) -> tuple[np.ndarray, np.ndarray, 
         is_p_zero = abs(p[k]) <= tolerance * (G[N, N] + abs(along))
         flags |= ParadoxFlag.PAINLEVE if p[k] <= 0.0 or is_p_zero else ParadoxFlag(0)
         flags |= ParadoxFlag.P_ZERO if is_p_zero else ParadoxFlag(0)
-        flags |= ParadoxFlag.B_ZERO if b[k] == 0.0 else ParadoxFlag(0)
+        is_b_zero = abs(b[k]) <= tolerance * problem.c_scale[N]
+        flags |= ParadoxFlag.B_ZERO if is_b_zero else ParadoxFlag(0)
+        flags |= ParadoxFlag.GENOT_BROGLIATO if is_p_zero and is_b_zero else ParadoxFlag(0)
     return b, p, flags
 
 

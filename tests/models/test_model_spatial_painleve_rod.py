@@ -125,6 +125,15 @@ def test_above_psi_c_a_spin_alone_lifts_the_tip_whatever_the_friction():
         assert rod.lift_off_spin(0.8, thdot=10.0) == 0.0
 
 
+def test_the_genot_brogliato_set_is_flagged_where_the_closed_forms_have_it():
+    for phi in (0.0, 0.3, -0.5):
+        for th in ROD.paradoxical_angles(phi):
+            spin = 0.6 * ROD.lift_off_spin(th)
+            state = {"th": th, "phi": phi, "psidot": spin, "thdot": ROD.genot_brogliato_rate(th, spin)}
+            assert ns.classify(ROD, state=state).flags & FLAG.GENOT_BROGLIATO
+            assert not ns.classify(ROD, state=state | {"th": th + 1e-6}).flags & FLAG.GENOT_BROGLIATO
+
+
 def test_p_vanishes_where_the_closed_forms_say():
     assert ROD.least_critical_friction()[0] == pytest.approx(2 * math.sqrt(1 + ROD.kappa()) / ROD.kappa())
     for phi in (0.0, 0.4, -0.9):

@@ -545,7 +545,7 @@ def three_rows(t, q, p, W_F):
     ({"tangent": one_row}, r"tangent writes one row for contact 0, which has directions=2: write W_F\[0, 0, :\] and"),
     ({"tangent": three_rows}, r"tangent raised .* shape \(1, 2, 3\)"),
     ({"contacts": [ns.Contact(mu=0.3, directions=2, bilateral=True)]}, "two directions takes no bilateral contact"),
-    ({"contacts": [ns.Contact(mu=0.3, directions=2, impact="poisson")]}, "Newton's law of impact alone"),
+    ({"contacts": [ns.Contact(mu=0.3, directions=2, impact="sequential")]}, "takes Newton's law of impact, of one"),
     ({"parameters": Block(mu=-1.0)}, "mu must not be negative"),
 ])  # fmt: skip
 def test_a_system_that_cannot_be_is_refused(changes, said):

@@ -6,9 +6,10 @@ docs/theory/moreau_jean.md, (4).
 
 from __future__ import annotations
 
+import math
 from typing import Annotated as Array
 
-from nonsmooth.contact.planar.impacts import add_shock, has_shock, strike
+from nonsmooth.contact.planar.impacts import add_shock, go_on_from_shock, has_shock, strike
 from nonsmooth.contact.planar.ladder import Route, solve_planar
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.single import (
@@ -20,6 +21,7 @@ from nonsmooth.contact.planar.single import (
     count,
     solve_alone,
 )
+from nonsmooth.contact.spatial.all_solutions import SLIDE
 from nonsmooth.contact.spatial.problem import Spatial
 from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import Status
@@ -28,7 +30,15 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.contact_problem import Work, fill_problem, recall_impulses
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
-from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient, is_no_friction
+from nonsmooth.mechanics.impact_in_space import Hodograph, collide_in_space
+from nonsmooth.mechanics.laws import (
+    LAW_E_F,
+    LAW_E_N,
+    LAW_IMPACT,
+    depends_on_speed,
+    friction_coefficient,
+    is_no_friction,
+)
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
 
@@ -51,6 +61,8 @@ class Scratch(Block, r="max(1, n_c * (1 + d))", n_q=0):
     there: Array[Work, "n_q = n_q"]  # the acceleration-level problem at the state before the step
     planar: Array[Planar, "n = n_c if d < 2 else 1"]
     spatial: Array[Spatial, "n = n_c if d > 1 else 0"]
+    hodograph: Array[Hodograph, "most = 1"]  # of an impact with friction in two directions
+    is_struck: int  # whether the impulses of the step hold those of one
     rates: Array[Floats, 4, "r"]
     is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant
 
@@ -121,7 +133,10 @@ def solve_in_space(sys, selection, dt, n_k, state, scratch):
     counters.solved += 1
     fill_problem(sys, n_k, selection, state.mode, state.slip, work)
     recall_impulses(state.P, work)
-    status, found, error = solve_spatial(address(work), address(scratch.spatial))
+    scratch.is_struck = 0
+    if n_k == 1 and work.gamma_0[0] < 0.0 and follows_law_in_space(sys, n_k, scratch):
+        strike_in_space(sys, scratch)
+    status, found, error = solve_and_add_shock(n_k, scratch)
     if status != Status.RUNNING:
         counters.failed_contact = found if status == Status.NEGATIVE_FRICTION else work.closed[0] if n_k == 1 else -1
         return status
@@ -129,6 +144,45 @@ def solve_in_space(sys, selection, dt, n_k, state, scratch):
     counters.uncounted += 1 if found == 0 else 0
     counters.solutions, counters.found = found, 0
     return status
+
+
+@kernel
+def follows_law_in_space(sys, n_k, scratch):
+    """Whether the only contact of the system, with friction in two directions, follows another law than Newton's."""
+    return (
+        n_k == 1 and scratch.options.stiffness == 0.0 and follows_own_law(scratch.work.closed[0], sys.kinds, sys.laws)
+    )
+
+
+@rare_kernel
+def strike_in_space(sys, scratch):
+    """Find the impulses of an impact of the single closed contact by its own law, to work.shock, and take it into
+    work.c; nothing where its compression never ends."""
+    work, h, i = scratch.work, scratch.hodograph, scratch.work.closed[0]
+    for a in range(3):
+        h.before[a], work.shock[a], work.c_kept[a] = work.gamma_0[a], 0.0, work.c[a]
+        for b in range(3):
+            h.G[a, b] = work.G[a, b]
+    h.before[0] = min(0.0, work.gamma_0[0])
+    h.mu = friction_coefficient(sys.laws, i, math.sqrt(h.before[1] * h.before[1] + h.before[2] * h.before[2]))
+    h.e, h.law = sys.laws[i, LAW_E_N], int(sys.laws[i, LAW_IMPACT])
+    if collide_in_space(address(h)):
+        scratch.is_struck = 1
+        for a in range(3):
+            work.shock[a] = h.impulse[a]
+        go_on_from_shock(sys, 1, work)
+
+
+@kernel
+def solve_and_add_shock(n_k, scratch):
+    """The step's own problem, and the impulses of an impact before it: (Status, number of solutions, residual)."""
+    work, h = scratch.work, scratch.hodograph
+    status, found, error = solve_spatial(address(work), address(scratch.spatial))
+    if scratch.is_struck == 1 and status == Status.RUNNING:
+        if work.candidate[0] == FREE:
+            work.candidate[0] = STICK if h.sticks == 1 else SLIDE
+        add_shock(n_k, work)
+    return status, found, error
 
 
 @kernel

@@ -12,10 +12,18 @@ which tend to those of the impact. Theory: docs/theory/moreau_jean.md.
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.contact.islands import is_block
 from nonsmooth.contact.planar.single import STICK, slip_of, stick
 from nonsmooth.contact.spatial.all_solutions import is_surely_unique
-from nonsmooth.integrators.moreau_jean.contact import Scratch, mode_of
+from nonsmooth.integrators.moreau_jean.contact import (
+    Scratch,
+    follows_law_in_space,
+    mode_of,
+    solve_and_add_shock,
+    strike_in_space,
+)
 from nonsmooth.integrators.moreau_jean.slide_end import had_no_force, slid_without_force
 from nonsmooth.integrators.records import (
     INCONSISTENT,
@@ -89,6 +97,9 @@ def note_in_space(sys, t, dt, n_k, state, scratch):
             and not is_surely_unique(scratch.spatial.G, k, scratch.spatial.mu[k])
         ):
             if slid_without_force(sys, t, dt, n_k, k, state, scratch):
+                if scratch.is_struck == 0 and follows_law_in_space(sys, n_k, scratch) and has_no_slide(scratch):
+                    strike_in_space(sys, scratch)
+                    solve_and_add_shock(n_k, scratch)
                 describe_closed(sys, k, 0, state, work)
                 append_event(t, INCONSISTENT, i, state.mode[i], 0, ContactMode.STICK.value, 0, state)
         if is_indeterminate and state.several[i] == 0:
@@ -96,6 +107,14 @@ def note_in_space(sys, t, dt, n_k, state, scratch):
             append_event(t, INDETERMINATE, i, state.mode[i], 0, mode_of(candidate, 2), 0, state)
         state.several[i] = 1 if is_indeterminate else 0
         state.counters.several += state.several[i]
+
+
+@kernel
+def has_no_slide(scratch):
+    """Whether p < 0 along the slide of the only contact in the rows of the step."""
+    work, v_1, v_2 = scratch.work, scratch.work.gamma_0[1], scratch.work.gamma_0[2]
+    tilt = scratch.spatial.mu[0] * (work.G[0, 1] * v_1 + work.G[0, 2] * v_2)
+    return work.G[0, 0] * math.sqrt(v_1 * v_1 + v_2 * v_2) < tilt
 
 
 @rare_kernel(
