@@ -37,7 +37,7 @@ _HOME = {
     "SceneStats": "results.stats",
     "SceneContacts": "results.scene_contacts",
     "BodyMotion": "results.scene_bodies",
-    "JointImpulses": "results.scene_bodies",
+    "JointMotion": "results.scene_bodies",
     "SpringForces": "results.scene_bodies",
     "BodyState": "results.scene_bodies",
     "SceneEvent": "results.events",

@@ -99,7 +99,7 @@ from nonsmooth.results.motion import Motion as Motion
 from nonsmooth.results.motion import StateAt as StateAt
 from nonsmooth.results.scene_bodies import BodyMotion as BodyMotion
 from nonsmooth.results.scene_bodies import BodyState as BodyState
-from nonsmooth.results.scene_bodies import JointImpulses as JointImpulses
+from nonsmooth.results.scene_bodies import JointMotion as JointMotion
 from nonsmooth.results.scene_bodies import SpringForces as SpringForces
 from nonsmooth.results.scene_contacts import SceneContacts as SceneContacts
 from nonsmooth.results.scene_pairs import ScenePair as ScenePair

@@ -25,6 +25,7 @@ VIEWS: dict[str, dict[str, str]] = {
         "plot": "drawing.scene_histories.plot_scene", "picture": "drawing.scene_figures.picture",
         "animate": "drawing.scene_figures.animate",
         "film": "drawing.player.scene_film.film_of_scene", "view": "drawing.player.page.show",
+        "joint": "results.joint_motion.motion_of_joint",
         "spring": "results.spring_forces.forces_of_spring",
         "dataset": "results.labelled.scene_dataset", "table": "results.labelled.scene_table",
         "netcdf": "results.labelled.write_netcdf",

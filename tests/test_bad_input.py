@@ -262,7 +262,7 @@ RESULTS = {
     "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
-    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointImpulses",
+    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointMotion",
     "SpringForces",
 }  # fmt: skip
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.drawing.animation import Animation, animation, as_animation
 from nonsmooth.drawing.bodies import EDGE, places
+from nonsmooth.drawing.joint_axes import joint_axes
 from nonsmooth.drawing.planar_bodies import draw_planar, planar_extent
 from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
@@ -178,17 +179,20 @@ def draw_bodies(
     before = set(axes.get_children())
     draw = draw_planar if solution.dim == 2 else draw_spatial
     draw(axes, solution, record, extent)
-    draw_joints(axes, solution, record)
+    draw_joints(axes, solution, record, float(np.max(extent[1] - extent[0])))
     added = [artist for artist in axes.get_children() if artist not in before]
     return sorted(added, key=lambda artist: artist.get_zorder())  # of one order as they were added
 
 
-def draw_joints(axes: Any, solution: SceneSolution, record: int) -> None:
-    """Draw a small circle at each joint, where it is on the body that moves."""
+def draw_joints(axes: Any, solution: SceneSolution, record: int, size: float) -> None:
+    """Draw a small circle at each joint, where it is on the body that moves, and its axis; size is the picture's."""
     joints = solution.scene.joints if solution.scene is not None else []
     if not joints:
         return
     here, points = places(solution, record), []
+    for ends in joint_axes(solution, here, size):
+        line = ends if solution.dim == 2 else ends @ camera()[:2].T
+        axes.plot(line[:, 0], line[:, 1], "--|", color=EDGE, lw=0.7, ms=2 * JOINT_SIZE, zorder=2.5)
     for joint in joints:
         body = joint.b if joint.b.kind is Kind.DYNAMIC else joint.a
         arm = compose(

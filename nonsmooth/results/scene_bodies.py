@@ -98,11 +98,17 @@ class BodyMotion(NamedTuple):
         return view(Worded, "html")(self)
 
 
-class JointImpulses(NamedTuple):
-    """The impulses that held two bodies together."""
+class JointMotion(NamedTuple):
+    """What a joint did, and how its bodies moved along its axis; None of what it does not have, or was not loaded."""
 
     t: np.ndarray  # (n_t,) [s]
     P: np.ndarray  # (n_t, 2|3) of the last step before each record, on the second body, in the axes of the world [N s]
+    L: np.ndarray  # (n_t,) or (n_t, 3) and its angular impulse about the point of the joint [N m s]
+    angle: np.ndarray | None = None  # (n_t,) of the second body against the first from the start [rad]
+    angle_rate: np.ndarray | None = None  # (n_t,) [rad/s]
+    travel: np.ndarray | None = None  # (n_t,) of the second body along the axis from the start [m]
+    travel_rate: np.ndarray | None = None  # (n_t,) [m/s]
+    at_limit: np.ndarray | None = None  # (n_t,) -1 at the least, 1 at the largest that its limits let, else 0
 
     def __repr__(self) -> str:
         return view(Worded, "repr")(self)

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_floats, as_number
-from nonsmooth.errors import InvalidInput, Status, nearest, shown
+from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.results.events import SceneEvents, SceneParadox, paradox_of
 from nonsmooth.results.recorded import CONTACTS, EVENTS, KINDS_OF_SCENE, LEDGER, PAIRS, index_of, not_recorded
-from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses, SceneState, SpringForces
+from nonsmooth.results.scene_bodies import BodyMotion, JointMotion, SceneState, SpringForces
 from nonsmooth.results.scene_contacts import ContactColumns, SceneContacts
 from nonsmooth.results.scene_motion import SceneMotion, struck_bodies
 from nonsmooth.results.scene_pairs import ScenePairs
@@ -63,6 +63,8 @@ class SceneSolution(RecordsOfScene):
     joint_impulses : (n_t, n_j, 2|3)
         Of the last step before each record, on the second body of each joint, in the axes of the world [N s]; kept with
         the contacts. ``joint(name)`` gives those of one.
+    joint_torques : (n_t, n_j) or (n_t, n_j, 3)
+        Angular impulses, about the points of the joints [N m s]; limits and motors with a speed are in both.
     t_events : list of (k,)
         Times of the events of each function of the user [s].
     residual, penetration : (n_t,)
@@ -272,17 +274,15 @@ class SceneSolution(RecordsOfScene):
         every = self.all_contacts
         return every.at(slice(every.offsets[k], every.offsets[k + 1]), float(self.t[k]), self.names)
 
-    def joint(self, name: str) -> JointImpulses:
-        """The impulses of a joint, by name.
+    def joint(self, name: str) -> JointMotion:
+        """What a joint did, by name: impulses, and the angle and the travel along its axis, with their rates.
 
         Raises
         ------
         InvalidInput
             For a joint that is not there, and where contacts were not recorded.
         """
-        if name not in self.joint_names:
-            raise InvalidInput(f"there is no joint {shown(name)}; {nearest(name, self.joint_names)}")
-        return JointImpulses(self.t, self.joint_impulses[:, self.joint_names.index(name)])
+        return view(self, "joint")(self, name)
 
     def spring(self, name: str) -> SpringForces:
         """Length and force of a spring at the records, by name.

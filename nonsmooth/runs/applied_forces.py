@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_vector, result_of
+from nonsmooth.checks.arrays import as_number, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.assembly.accelerations import row_of
 from nonsmooth.integrators.assembly.apart import move
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.results.scene_bodies import SceneState
-from nonsmooth.scenes.elements import Force
+from nonsmooth.scenes.elements import Force, Joint
 from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of, rotate
 from nonsmooth.scenes.shapes import SPATIAL
 
@@ -42,6 +42,17 @@ class AppliedForces:
                 self.changing.append((force, self._arm_of(force, x)))
             else:
                 self.steady[force.body.index, : self.dim] += force.value
+        self.motors = [
+            (joint, motor, self._axis_of(joint, x))
+            for joint in world.scene.joints
+            for motor in joint.motors
+            if motor.load is not None
+        ]
+        self.speeds = [
+            (k, scale, joint, motor.speed) for k, scale, joint, motor in world.speeds if callable(motor.speed)
+        ]
+        self.is_asked = bool(self.changing or self.motors or self.speeds)
+        self.are_applied = bool(world.scene.forces or self.motors or self.speeds)
         self._apply(self.steady)
 
     def _arm_of(self, force: Force, x: np.ndarray) -> np.ndarray | None:
@@ -49,6 +60,12 @@ class AppliedForces:
         if force.at is None:
             return None
         return compose(inverse(x[force.body.index]), place_of(force.at, ORIGIN[self.dim][self.dim :]))[: self.dim]
+
+    def _axis_of(self, joint: Joint, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The axis of a joint along those of its first body, and its point along those of the second."""
+        a, b, d = x[joint.a.index], x[joint.b.index], self.dim
+        back = inverse(a)[d:] if d == SPATIAL else -a[d]
+        return rotate(back, joint.axis), compose(inverse(b), place_of(joint.at, ORIGIN[d][d:]))[:d]
 
     def update(self, t: float, dt: float) -> None:
         """Take the forces in the middle of a step from t to t + dt [s].
@@ -60,6 +77,12 @@ class AppliedForces:
         """
         bodies = self.world.bodies
         x, v = bodies.motion.x.copy(), bodies.motion.v.copy()
+        state = self._state(t + dt, x, v) if self.speeds else None
+        for k, scale, joint, speed in self.speeds:
+            name = f"speed of the motor of {joint.name} at t = {t + dt:g} s"
+            self.world.drives.speed[k] = scale * as_number(name, result_of(name, speed, t + dt, state))
+        if not (self.changing or self.motors):
+            return
         start = self._loads(t, x, v)
         move(x, 0.5 * dt * v)
         v[:, : self.dim] += 0.5 * dt * self._accelerations(start)
@@ -75,14 +98,21 @@ class AppliedForces:
     def _loads(self, t: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Forces and torques (n_b, n) at a time and a state."""
         load, d = self.steady.copy(), self.dim
-        state = SceneState(t, self.names, self.world.scene, *self.world.record(x, v))
-        for force, arm in self.changing:
+        state = self._state(t, x, v)
+        for joint, motor, (axis, arm) in self.motors:
+            name = f"the motor of {joint.name} at t = {t:g} s"
+            said = result_of(name, motor.load, t, state) if callable(motor.load) else motor.load
+            add_motor(load, x, joint, as_number(name, said), motor.along == "angle", axis, arm)
+        for force, place in self.changing:
             b = force.body.index
             f, torque = self._value_of(force, t, state)
             turn = x[b, d:] if d == SPATIAL else x[b, d]
-            load[b] += row_of(f, np.zeros(d) if arm is None else rotate(turn, arm))
+            load[b] += row_of(f, np.zeros(d) if place is None else rotate(turn, place))
             load[b, d:] += torque
         return load
+
+    def _state(self, t: float, x: np.ndarray, v: np.ndarray) -> SceneState:
+        return SceneState(t, self.names, self.world.scene, *self.world.record(x, v))
 
     def _value_of(self, force: Force, t: float, state: SceneState) -> tuple[np.ndarray, np.ndarray]:
         """Force and torque that one says."""
@@ -105,3 +135,19 @@ class AppliedForces:
         moves = bodies.motion.moves == 1
         pull = np.linalg.norm(load[moves, : self.dim], axis=1) / bodies.mass[moves]
         bodies.strongest = float(pull.max(initial=0.0))
+
+
+def add_motor(
+    load: np.ndarray, x: np.ndarray, joint: Joint, value: float, is_torque: bool, axis: np.ndarray, arm: np.ndarray
+) -> None:
+    """Add what a motor gives to the loads of both bodies (n_b, n), at places (n_b, n_x)."""
+    a, b, d = joint.a.index, joint.b.index, len(axis)
+    turns = [x[body, d:] if d == SPATIAL else x[body, d] for body in (a, b)]
+    if is_torque:
+        torque = value * rotate(turns[0], axis) if d == SPATIAL else value
+        load[b, d:] += torque
+        load[a, d:] -= torque
+        return
+    point, force = x[b, :d] + rotate(turns[1], arm), value * rotate(turns[0], axis)
+    load[b] += row_of(force, point - x[b, :d])
+    load[a] -= row_of(force, point - x[a, :d])

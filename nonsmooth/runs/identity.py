@@ -70,6 +70,8 @@ def facts_of_scene_run(
     inert = b"".join(column.tobytes() for column in (bodies.mass, bodies.moments, bodies.surface))
     motions = b"".join(body.name.encode() + _content(body.motion) for body in world.guided)
     forces = b"".join(force.body.name.encode() + _content((force.value, force.at)) for force in world.scene.forces)
+    driven = [(joint, motor) for joint in world.scene.joints for motor in joint.motors]
+    motors = b"".join(joint.name.encode() + _content((motor.load, motor.speed)) for joint, motor in driven)
     return {
         "version": __version__,
         "scene": repr(world.scene),
@@ -80,6 +82,7 @@ def facts_of_scene_run(
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
             "the motions of guided bodies": _hash(motions),
             **({"the applied forces": _hash(forces)} if forces else {}),
+            **({"the motors": _hash(motors)} if motors else {}),
         },
         "list of bodies": HASHED + _hash("\n".join(body.name for body in world.scene.bodies).encode()),
         "start": HASHED + _hash(bodies.motion.words.tobytes()),
@@ -87,6 +90,7 @@ def facts_of_scene_run(
         "geometry": HASHED + _hash(world.shapes.words.tobytes()),
         **({"springs": HASHED + _hash(world.springs.words.tobytes())} if world.scene.springs else {}),
         **({"joints": HASHED + _hash(world.joints.words.tobytes())} if world.scene.joints else {}),
+        **({"limits and motors": HASHED + _hash(world.drives.words.tobytes())} if world.drives.count else {}),
         "table of materials": HASHED + _hash(world.surfaces.words.tobytes()),
         "mass or surface of a body": HASHED + _hash(inert),
         "t_span": [float(t) for t in t_span],

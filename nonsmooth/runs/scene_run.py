@@ -99,7 +99,8 @@ class SceneRun:
         self.recorder.require_room(self)
         if project:
             part_bodies(self.world)
-        self.forces = AppliedForces(self.world) if scene.forces else None
+        motors = [motor for joint in scene.joints for motor in joint.motors]
+        self.forces = AppliedForces(self.world) if scene.forces or motors else None
         self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
         self.n_touching = self.assembly.find_contacts()
@@ -140,8 +141,9 @@ class SceneRun:
         """What an `Assembly` is made of."""
         world = self.world
         return (
-            world.bodies, world.shapes, world.surfaces, world.joints, world.springs, options.tol, options.sweeps,
-            options.interior, options.on_residual == "raise", options.may_sleep and not self.scene.forces, theta,
+            world.bodies, world.shapes, world.surfaces, world.joints, world.springs, world.drives, options.tol,
+            options.sweeps, options.interior, options.on_residual == "raise",
+            options.may_sleep and not (self.forces is not None and self.forces.are_applied), theta,
             PAIRS in self.recorder.kinds, self.selection,
         )  # fmt: skip
 
@@ -281,7 +283,7 @@ class SceneRun:
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, running_time()
-        if self.world.guided or (self.forces is not None and self.forces.changing):
+        if self.world.guided or (self.forces is not None and self.forces.is_asked):
             if not self._ask_functions():
                 return
             most = 1

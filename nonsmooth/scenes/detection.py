@@ -18,6 +18,7 @@ LAST_FEATURE = (1 << FEATURE_BITS) - 1  # derived: the bits of a key that say wh
 NO_SHAPE = (1 << SHAPE_BITS) - 1  # derived: the last number of a shape: in keys, that of joints
 FIRST_JOINT = NO_SHAPE << (SHAPE_BITS + FEATURE_BITS)  # derived: above the keys of all contacts
 FIRST_SPRING = (NO_SHAPE - 1) << (SHAPE_BITS + FEATURE_BITS)  # derived: and those of springs below the ones of joints
+FIRST_DRIVE = (NO_SHAPE - 2) << (SHAPE_BITS + FEATURE_BITS)  # derived: and those of drives of joints below these
 # chosen: no line of an ordinary scene is across it: of two shapes alike the one that is farther back along it is asked
 # first
 ASKEW = (0.3183, 0.3679, 1.0)

@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
+from nonsmooth.checks.arrays import as_number, as_positive
+from nonsmooth.errors import InvalidInput
+from nonsmooth.scenes.joint_kinds import coordinate_rows
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.shapes import Shape
 
@@ -91,6 +94,9 @@ class Joint:
         Its frame on the first body at the start, in the axes of the world, an axis a row; the first one is its own.
     axes_b : (2, 2) or (3, 3)
         That on the second body, the same but of a universal joint.
+    limits : dict of str to (float, float)
+        Of the "angle" [rad] and the "travel" [m] from the start, where there are some.
+    motors : list of Motor
     """
 
     name: str
@@ -101,6 +107,49 @@ class Joint:
     kind: str
     axes: np.ndarray
     axes_b: np.ndarray
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
+    motors: list[Motor] = field(default_factory=list)
+
+    def motor(self, *, torque: Any = None, force: Any = None, speed: Any = None, limit: float | None = None) -> Motor:
+        """Put a motor on the angle or the travel of the joint.
+
+        Parameters
+        ----------
+        torque, force : float or callable, optional
+            What it gives about the axis [N m] or along it [N], to the second body, and the opposite to the first; the
+            same at all times, or f(t, bodies) as of `Scene.force`.
+        speed : float or callable, optional
+            The rate that it holds as well as its limit lets it [rad/s], [m/s]; the same at all times, or f(t, bodies),
+            which is asked once a step, for its end, with the bodies as they are at its beginning.
+        limit : float, optional
+            The largest torque [N m] or force [N] of a motor with a speed. Below it the speed is held exactly, also of
+            0, a brake; beyond it the limit is what it gives.
+
+        Returns
+        -------
+        Motor
+
+        Raises
+        ------
+        InvalidInput
+            Of a joint without one coordinate along its axis, of other than one of torque, force and speed, and for a
+            speed without a limit.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, 0))
+        >>> frame = scene.fixed(ns.Disc(0.1), name="frame")
+        >>> wheel = scene.body(ns.Disc(0.2), mass=1.0, inertia=0.5, name="wheel")
+        >>> scene.hinge("frame", "wheel", at=(0, 0)).motor(speed=3.0, limit=2.0)
+        Motor(speed=3.0, limit=2.0)
+        >>> spin = ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=0.01))["wheel"].spin
+        >>> spin[[50, 100]].round(9).tolist()  # 4 rad/s^2 up to 3 rad/s
+        [2.0, 3.0]
+        """
+        motor = as_motor(self, torque, force, speed, limit)
+        self.motors.append(motor)
+        return motor
 
     @property
     def axis(self) -> np.ndarray:
@@ -109,6 +158,62 @@ class Joint:
 
     def __repr__(self) -> str:
         return f"{self.kind.capitalize()}({self.name!r}, {self.a.name!r}, {self.b.name!r})"
+
+
+@dataclass(frozen=True, eq=False)
+class Motor:
+    """What drives a joint along its axis; `Joint.motor` makes it.
+
+    Attributes
+    ----------
+    along : str
+        "angle" or "travel".
+    load : float or callable, or None
+        Torque [N m] or force [N].
+    speed : float or callable, or None
+        [rad/s], [m/s].
+    limit : float
+        Of one with a speed [N m], [N].
+    """
+
+    along: str
+    load: float | Callable[..., Any] | None
+    speed: float | Callable[..., Any] | None
+    limit: float
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether it is a function."""
+        return callable(self.load) or callable(self.speed)
+
+    def __repr__(self) -> str:
+        if self.speed is not None:
+            return f"Motor(speed={getattr(self.speed, '__name__', self.speed)}, limit={self.limit})"
+        what = "torque" if self.along == "angle" else "force"
+        return f"Motor({what}={getattr(self.load, '__name__', self.load)})"
+
+
+def as_motor(joint: Joint, torque: Any, force: Any, speed: Any, limit: Any) -> Motor:
+    """A motor of a joint, checked."""
+    name, free = f"the motor of {joint.name}", list(coordinate_rows(joint.kind, len(joint.at)))
+    given = {"torque": torque, "force": force, "speed": speed}
+    asked = [what for what, value in given.items() if value is not None]
+    if len(asked) != 1:
+        raise InvalidInput(f"{name} needs one of torque=, force= and speed=; got {', '.join(asked) or 'none'}")
+    wanted = {"torque": "angle", "force": "travel"}.get(asked[0], free[-1] if free else "angle")
+    if wanted not in free or (asked[0] == "speed" and len(free) > 1):
+        has = " and ".join(free) or "no angle or travel"
+        raise InvalidInput(f"{name} has {asked[0]}=, and a {joint.kind} joint has {has} along its axis")
+    value = given[asked[0]]
+    if not callable(value):
+        value = as_number(f"{asked[0]} of {name}", value)
+    if asked[0] != "speed":
+        if limit is not None:
+            raise InvalidInput(f"{name} has {asked[0]}= and limit=; a limit is one of a motor with speed=")
+        return Motor(wanted, value, None, 0.0)
+    if limit is None:
+        raise InvalidInput(f"{name} needs limit=, the largest it may give; a kinematic body moves whatever it takes")
+    return Motor(wanted, None, value, as_positive(f"limit of {name}", limit))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_vector
+from nonsmooth.checks.arrays import as_floats, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.elements import Body, Joint, Kind
 from nonsmooth.scenes.joint_kinds import rows_of
@@ -61,8 +61,9 @@ class Joining:
         return self._join("joint", a, b, at, name)
 
     def hinge(
-        self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike | None = None, name: str | None = None
-    ) -> Joint:
+        self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike | None = None,
+        limits: ArrayLike | None = None, name: str | None = None,
+    ) -> Joint:  # fmt: skip
         """Let two bodies turn against one another about an axis alone.
 
         Parameters
@@ -73,6 +74,9 @@ class Joining:
             A point of the axis at the start [m]; ``sol.joint(name)`` has the torque about it.
         axis : (3,)
             Its direction at the start, of any length, in space; it goes with both bodies. In the plane there is none.
+        limits : (float, float), optional
+            The least and the largest angle of b against a from the start [rad]; one of them may be infinite. They stop
+            the bodies without a rebound.
 
         Returns
         -------
@@ -81,7 +85,7 @@ class Joining:
         Raises
         ------
         InvalidInput
-            As of `joint`, and for an axis of length 0, or that is missing.
+            As of `joint`, for an axis of length 0, or that is missing, and for limits between which the start is not.
 
         Examples
         --------
@@ -96,11 +100,12 @@ class Joining:
         >>> round(float(sol["leaf"].spin[-1, 2]), 6)
         1.0
         """
-        return self._join("hinge", a, b, at, name, axis)
+        return self._join("hinge", a, b, at, name, axis, limits={"angle": limits})
 
     def slider(
-        self, a: Body | str, b: Body | str, *, axis: ArrayLike, at: ArrayLike | None = None, name: str | None = None
-    ) -> Joint:
+        self, a: Body | str, b: Body | str, *, axis: ArrayLike, at: ArrayLike | None = None,
+        limits: ArrayLike | None = None, name: str | None = None,
+    ) -> Joint:  # fmt: skip
         """Let two bodies slide against one another along an axis, without a turn.
 
         Parameters
@@ -111,6 +116,9 @@ class Joining:
             Its direction at the start, of any length; it goes with the first body.
         at : (2,) or (3,), optional
             The point of the second body at the start at which the joint acts [m]; its position, if left out.
+        limits : (float, float), optional
+            The least and the largest travel of b along the axis from the start [m]; one of them may be infinite. They
+            stop the bodies without a rebound.
 
         Returns
         -------
@@ -121,7 +129,7 @@ class Joining:
         InvalidInput
             As of `hinge`.
         """
-        return self._join("slider", a, b, at, name, axis)
+        return self._join("slider", a, b, at, name, axis, limits={"travel": limits})
 
     def fix(self, a: Body | str, b: Body | str, *, at: ArrayLike | None = None, name: str | None = None) -> Joint:
         """Hold two bodies together as one; ``sol.joint(name)`` has the force and the torque that it takes.
@@ -131,13 +139,15 @@ class Joining:
         return self._join("fix", a, b, at, name)
 
     def cylindrical(
-        self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, name: str | None = None
-    ) -> Joint:
+        self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, limits: ArrayLike | None = None,
+        angle_limits: ArrayLike | None = None, name: str | None = None,
+    ) -> Joint:  # fmt: skip
         """Let two bodies turn about an axis and slide along it, in space.
 
-        Parameters and errors are those of `hinge`.
+        Parameters and errors are those of `hinge`; ``limits`` are those of the travel [m], ``angle_limits`` [rad].
         """
-        return self._join("cylindrical", a, b, at, name, axis)
+        limited = {"angle": angle_limits, "travel": limits}
+        return self._join("cylindrical", a, b, at, name, axis, limits=limited)
 
     def universal(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, axis_b: ArrayLike,
@@ -186,14 +196,20 @@ class Joining:
         """
         return self._join("planar", a, b, at, name, axis)
 
-    def slot(self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, name: str | None = None) -> Joint:
+    def slot(
+        self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, limits: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> Joint:  # fmt: skip
         """Let a point of the second body slide along an axis of the first one: a pin in a slot.
 
         Parameters and errors are those of `slider`; the bodies turn freely.
         """
-        return self._join("slot", a, b, at, name, axis)
+        return self._join("slot", a, b, at, name, axis, limits={"travel": limits})
 
-    def _join(self, kind: str, a: Any, b: Any, at: Any, name: Any, axis: Any = None, axis_b: Any = None) -> Joint:
+    def _join(
+        self, kind: str, a: Any, b: Any, at: Any, name: Any, axis: Any = None, axis_b: Any = None,
+        limits: dict[str, Any] | None = None,
+    ) -> Joint:  # fmt: skip
         """A joint of a kind, checked."""
         name = f"joint {len(self.joints)}" if name is None else name
         if not isinstance(name, str) or not name:
@@ -214,8 +230,10 @@ class Joining:
         axes = axes_b = self._axes(name, kind, axis)
         if kind == "universal":
             axes, axes_b = crossed_frames(name, axes[0], as_direction(f"axis_b of {name}", axis_b, self.dim))
-        joint = Joint(name, len(self.joints), first, second, require_within(f"at of {name}", place, "m"), kind, axes,
-                      axes_b)  # fmt: skip
+        place = require_within(f"at of {name}", place, "m")
+        asked = {along: pair for along, pair in (limits or {}).items() if pair is not None}
+        given = {along: as_limits(f"limits of {name}", pair) for along, pair in asked.items()}
+        joint = Joint(name, len(self.joints), first, second, place, kind, axes, axes_b, given)
         self.joints.append(joint)
         return joint
 
@@ -242,6 +260,17 @@ def as_direction(name: str, value: Any, dim: int) -> np.ndarray:
     if size == 0.0:
         raise InvalidInput(f"{name} must have a length; got {shown(value)}")
     return vector / size / np.linalg.norm(vector / size)
+
+
+def as_limits(name: str, value: Any) -> tuple[float, float]:
+    """A least and a largest coordinate, with 0, that of the start, between them."""
+    pair = as_floats(name, value)
+    if pair.shape != (2,) or np.isnan(pair).any():
+        raise InvalidInput(f"{name} must be two numbers, the least and the largest; got {shown(value)}")
+    low, high = pair.tolist()
+    if not low <= 0.0 <= high or low == high:
+        raise InvalidInput(f"{name} must have the start, 0, between them; got {low:g} and {high:g}")
+    return low, high
 
 
 def frame_of(axis: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ A row is one of
     (u, OFFSET)        axis u of body i:      u_i . (p_j - p_i) = 0, at the point of body j
     (u, w)             two axes that stay at right angles:   u_i . w_j = 0
     (0, PLANE_ANGLE)   in the plane:          angle_j - angle_i = 0
+    (0, TURN)          in space: the angle of j about e, which no joint holds, but limits and motors act on
 
 so that a hinge is five of them. What is held and what solves it (joint_rows.py) knows rows, and no kind.
 Source: Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), sections 3.3 and 9.4.
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-POINT, OFFSET, PLANE_ANGLE, UNUSED = -1, -2, -3, -4  # code: in the place of an axis of body j
+POINT, OFFSET, PLANE_ANGLE, TURN, UNUSED = -1, -2, -3, -4, -5  # code: in the place of an axis of body j
 E_AXIS, F_AXIS, G_AXIS = range(3)  # code: axes of a frame
 
 Row = tuple[int, int]
@@ -49,6 +50,13 @@ JOINT_KINDS = {  # defined
     "planar": Kind((), IN_PLANE + SAME_AXIS, has_angle=True),
     "slot": Kind(((F_AXIS, OFFSET),), ON_AXIS, has_travel=True),
 }
+
+
+def coordinate_rows(kind: str, dim: int) -> dict[str, Row]:
+    """The coordinates along its axis that a joint leaves free, each as a row."""
+    found = {"angle": (E_AXIS, PLANE_ANGLE if dim == 2 else TURN), "travel": (E_AXIS, OFFSET)}
+    has = {"angle": JOINT_KINDS[kind].has_angle, "travel": JOINT_KINDS[kind].has_travel}
+    return {name: row for name, row in found.items() if has[name]}
 
 
 def rows_of(kind: str, dim: int) -> Rows:

@@ -18,6 +18,7 @@ from __future__ import annotations
 from nonsmooth.jit import kernel, rare_kernel
 
 JOINED = -1.0  # code: in the place of mu: the row block of a joint
+SPRUNG, JOINT_LIMIT, MOTOR = 1, 2, 3  # code: what is no contact: of a spring, of the limit of a joint, of its motor
 
 
 @kernel
@@ -28,8 +29,20 @@ def is_joint(network, c):
 
 @kernel
 def is_contact(network, c):
-    """Whether row block c is where two bodies may touch, and none of a joint or a spring."""
+    """Whether row block c is where two bodies may touch, and none of a joint, a spring or a drive."""
     return network.mu[c] >= 0.0 and network.sprung[c] == 0
+
+
+@kernel
+def may_land(network, c):
+    """Whether row block c is a contact or a limit of a joint, which is reached as contacts are."""
+    return network.mu[c] >= 0.0 and (network.sprung[c] == 0 or network.sprung[c] == JOINT_LIMIT)
+
+
+@kernel
+def is_powered(network, c):
+    """Whether row block c is of a spring or a motor, whose work is that of forces."""
+    return network.sprung[c] == SPRUNG or network.sprung[c] == MOTOR
 
 
 @kernel

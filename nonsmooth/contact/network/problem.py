@@ -64,7 +64,7 @@ class Network(Block):
     turn: Array[Floats, "m", "d"]  # of b, what guided bodies add by turning within the step
     mu: Array[Floats, "m"]  # or JOINED, of a joint
     soft: Array[Floats, "m"]  # R of a compliant contact, or of all rows of a joint [1/kg]; 0 of a rigid one
-    sprung: Array[Ints, "m"]  # 1 of one of the two that are a spring
+    sprung: Array[Ints, "m"]  # what is no contact (joint.py): one of the two that are a spring, a limit, a motor; or 0
     P: Array[Floats, "m", "d"]  # [N s], also the start of every solver
     gamma: Array[Floats, "m", "d"]  # [m/s]
     v: Array[Floats, "n_b", "n"]

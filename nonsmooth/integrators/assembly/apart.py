@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.assembly.drive_rows import no_drives
 from nonsmooth.integrators.assembly.spring_rows import no_springs
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World, spin_between
@@ -45,7 +46,8 @@ def part_bodies(world: World) -> None:
         Where no way is found, with the pair that is deepest in one another.
     """
     assembly = Assembly(
-        world.bodies, world.shapes, world.surfaces, world.joints, no_springs(world.dim), PART_TOL, PART_SWEEPS,
+        world.bodies, world.shapes, world.surfaces, world.joints, no_springs(world.dim), no_drives(world.dim),
+        PART_TOL, PART_SWEEPS,
         PART_INTERIOR, is_strict=False, may_sleep=False, theta=1.0,
     )  # fmt: skip
     world.require_found(assembly.find_contacts())

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import acts, is_joint
+from nonsmooth.contact.network.joint import acts, is_joint, is_powered
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, keep_impulses
@@ -86,8 +86,8 @@ def book_contacts(bodies, contacts, network, v_before, d, n, work, is_impact):
     for c in range(network.n_c):
         if acts(network, c):
             normal, friction, surface = book_contact(bodies, network, c, v_before, d, n)
-            if network.sprung[c] == 1:
-                work[FORCE_WORK] += normal
+            if is_powered(network, c):
+                work[FORCE_WORK] += normal + friction + surface
                 continue
             work[NORMAL_WORK] += normal
             if not is_impact and is_of_step(contacts, network, c):

@@ -29,7 +29,7 @@ from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_SPRING, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_DRIVE, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
@@ -268,7 +268,7 @@ def find_sources_on_neighbours(shapes, bodies, found, n_c, contacts):
     list_before(contacts)
     moves = bodies.motion.moves
     for c in range(n_c):
-        if contacts.source[c] < 0 and found.key[c] < FIRST_SPRING:
+        if contacts.source[c] < 0 and found.key[c] < FIRST_DRIVE:
             for side in range(2):
                 s = found.shape_i[c] if side == 0 else found.shape_j[c]
                 if contacts.source[c] < 0 and moves[shapes.body[s]] == 1:
@@ -281,7 +281,7 @@ def list_before(contacts):
     for s in range(contacts.left_of.shape[0]):
         contacts.left_of[s] = -1
     for at in range(contacts.n_before):
-        if contacts.key_before[at] < FIRST_SPRING:
+        if contacts.key_before[at] < FIRST_DRIVE:
             for side in range(2):
                 s = shape_of_key(contacts.key_before[at], side)
                 contacts.left[at, side] = contacts.left_of[s]

@@ -159,16 +159,17 @@ class Controlled(Assembly):
             new(Parts, m=0, d=self.dim),
             np.zeros((len(self.moving), 3 * (self.dim - 1))),
         )
+        pulls = [np.zeros_like(column) for column in self.reactions]
         for part in range(parts):
             if part > 0:
-                before = self._parts_so_far()
+                before, pulls = self._parts_so_far(), [column.copy() for column in self.reactions]
             begin = t + part * h / parts
             prepare(begin, h / parts)
             end = self.take_steps(h / parts, 1, begin)
             lands, push = lands or self.lands, push + self._push() * h / parts
             if end != DONE:
                 break
-        self._add(before)
+        self._add(before, pulls)
         motion = self.bodies.motion
         return end, Way(lands, motion.x[self.moving].copy(), motion.v[self.moving].copy(), push)
 
@@ -185,8 +186,12 @@ class Controlled(Assembly):
         keep_rows(self.parts, parts)
         return parts
 
-    def _add(self, before: Parts) -> None:
-        """Add the impulses of parts to those of the step."""
+    def _add(self, before: Parts, pulls: list[np.ndarray]) -> None:
+        """Add the impulses of parts to those of the step, and those of the joints that are awake."""
+        still, joints = self.bodies.motion.still == 1, self.joints
+        awake = ~(still[joints.i[joints.begin]] & still[joints.j[joints.begin]])
+        for column, pull in zip(self.reactions, pulls, strict=True):
+            column[awake] += pull[awake]
         if before.n_c == 0:
             return
         self._make_room_for_parts(int(before.n_c))

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import JOINT_LIMIT, is_joint
 from nonsmooth.contact.network.patience import Patience, copy_patience
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
@@ -136,7 +136,8 @@ def write_drifts(found, contacts, network, moves, dt):
             network.P[c, row] = 0.0
             network.b[c, row] = contacts.drift[c, row] / dt if is_joint(network, c) else 0.0
         if not is_joint(network, c):
-            network.mu[c], network.b[c, 0] = 0.0, (SHARE * gap if gap < 0.0 else gap) / dt
+            share = SHARE if gap < 0.0 and network.sprung[c] != JOINT_LIMIT else 1.0
+            network.mu[c], network.b[c, 0] = 0.0, share * gap / dt
     for b in range(network.v.shape[0]):
         for x in range(network.v.shape[1]):
             network.v[b, x] = network.v_free[b, x] = 0.0

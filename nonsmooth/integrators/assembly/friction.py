@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from nonsmooth.contact.network.joint import is_contact
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.planar.problem import MU_ROUNDINGS
 from nonsmooth.integrators.assembly.bodies import Bodies
@@ -40,7 +41,7 @@ def take_friction(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, netw
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     for c in range(network.n_c):
-        if network.mu[c] < 0.0:  # a joint
+        if not is_contact(network, c):
             continue
         k, at = law_of(shapes, surfaces, found, c), contacts.source[c]
         speed, size = mean_slip(network, c, bodies.v_0, bodies.v_0)
@@ -60,7 +61,7 @@ def update_friction(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, ne
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     end = UNCHANGED
     for c in range(network.n_c):
-        if network.mu[c] < 0.0 or network.P[c, 0] <= 0.0:
+        if not is_contact(network, c) or network.P[c, 0] <= 0.0:
             continue
         k, mu = law_of(shapes, surfaces, found, c), network.mu[c]
         if surfaces.laws[k, LAW_CODE] == STATIC_KINETIC:

@@ -14,11 +14,11 @@ A row that a block does not use has J = 0, and what stands for it in W (`problem
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import atan2, cos, sin
 
 from nonsmooth.integrators.assembly.spatial import cross, turn_by
 from nonsmooth.jit import kernel
-from nonsmooth.scenes.joint_kinds import OFFSET, PLANE_ANGLE, UNUSED
+from nonsmooth.scenes.joint_kinds import F_AXIS, G_AXIS, OFFSET, PLANE_ANGLE, TURN, UNUSED
 
 PLANAR_PLACE = 3  # defined: numbers of a place in the plane
 
@@ -57,6 +57,14 @@ def offset_of(joints, x, k):
 
 
 @kernel
+def angle_at(joints, x, k):
+    """The angle of body j about the axis e of body i, in space, between -pi and pi [rad]."""
+    f, g = axis_at(x, joints.i[k], joints.axes_i, k, F_AXIS), axis_at(x, joints.i[k], joints.axes_i, k, G_AXIS)
+    a = axis_at(x, joints.j[k], joints.axes_j, k, F_AXIS)
+    return atan2(a[0] * g[0] + a[1] * g[1] + a[2] * g[2], a[0] * f[0] + a[1] * f[1] + a[2] * f[2])
+
+
+@kernel
 def row_at(joints, x, k, row):
     """Where a row points at places x, and how far it is off there [m]."""
     u, w, i, j = joints.u[k, row], joints.w[k, row], joints.i[k], joints.j[k]
@@ -66,6 +74,8 @@ def row_at(joints, x, k, row):
     if w == OFFSET:
         g, _ = offset_of(joints, x, k)
         return a, a[0] * g[0] + a[1] * g[1] + a[2] * g[2]
+    if w == TURN:
+        return a, joints.lever[k] * angle_at(joints, x, k)
     e = axis_at(x, j, joints.axes_j, k, w)
     return cross(e[0], e[1], e[2], a[0], a[1], a[2]), joints.lever[k] * (a[0] * e[0] + a[1] * e[1] + a[2] * e[2])
 
@@ -92,14 +102,14 @@ def rate_of(joints, x, k, row, b, v):
 
 
 @kernel
-def write_side(joints, x, k, row, b, J, c):
-    """J of a row on the second body."""
+def write_side(joints, x, k, row, b, J, c, to):
+    """J of a row on the second body, to row ``to`` of block c."""
     n, m = wrench_of(joints, x, k, row, b)
-    J[c, row, 0], J[c, row, 1] = n[0], n[1]
+    J[c, to, 0], J[c, to, 1] = n[0], n[1]
     if x.shape[1] == PLANAR_PLACE:
-        J[c, row, 2] = m[2]
+        J[c, to, 2] = m[2]
     else:
-        J[c, row, 2], J[c, row, 3], J[c, row, 4], J[c, row, 5] = n[2], m[0], m[1], m[2]
+        J[c, to, 2], J[c, to, 3], J[c, to, 4], J[c, to, 5] = n[2], m[0], m[1], m[2]
 
 
 @kernel
@@ -111,8 +121,8 @@ def write_rows_of_joint(joints, x, k, c, network):
             for y in range(network.v.shape[1]):
                 network.J_i[c, row, y] = network.J_j[c, row, y] = 0.0
             continue
-        write_side(joints, x, k, row, joints.i[k], network.J_i, c)
-        write_side(joints, x, k, row, joints.j[k], network.J_j, c)
+        write_side(joints, x, k, row, joints.i[k], network.J_i, c, row)
+        write_side(joints, x, k, row, joints.j[k], network.J_j, c, row)
         for y in range(network.v.shape[1]):
             network.J_i[c, row, y] = -network.J_i[c, row, y]
 

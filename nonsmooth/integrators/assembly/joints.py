@@ -27,12 +27,22 @@ from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.drive_rows import Drives, drive_of
 from nonsmooth.integrators.assembly.joint_rows import arm_at, write_law_of_rows, write_rows_of_joint
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import cross, write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, LAST_FEATURE, NO_SHAPE, Found, move_found
+from nonsmooth.scenes.detection import (
+    FEATURE_BITS,
+    FIRST_DRIVE,
+    FIRST_JOINT,
+    FIRST_SPRING,
+    LAST_FEATURE,
+    NO_SHAPE,
+    Found,
+    move_found,
+)
 from nonsmooth.scenes.joint_kinds import OFFSET, POINT
 from nonsmooth.scenes.shape_rows import Shapes
 
@@ -237,25 +247,35 @@ def write_rows_after(joints, bodies, found, c, network):
         network.b[c, axis] = 0.0
 
 
-@kernel("void(int64, int64, int64, int64, int64)")
-def book_reactions(joints_at, found_at, network_at, reactions_at, is_first):
-    """Book what the joints that are awake do in a solved problem, the first one of a step or one behind it."""
-    joints, found = view(joints_at, Joints), view(found_at, Found)
+@kernel("void(int64, int64, int64, int64, int64, int64)")
+def book_reactions(joints_at, drives_at, found_at, network_at, reactions_at, is_first):
+    """Book what the joints that are awake do in a solved problem, with their limits and motors: the first one of a step
+    or one behind it."""
+    joints, drives, found = view(joints_at, Joints), view(drives_at, Drives), view(found_at, Found)
     network, reactions = view(network_at, Network), view(reactions_at, Reactions)
-    d, first = network.b.shape[1], first_joint(found, network)
     if is_first == 1:
-        for c in range(first, network.n_c):
+        for c in range(first_joint(found, network), network.n_c):
             clear_reaction(reactions, joint_of(found.key[c]))
-    for c in range(first, network.n_c):
-        k, of = block_of(joints, found.key[c]), joint_of(found.key[c])
-        for row in range(d):
-            P = network.P[c, row]
-            if joints.w[k, row] == POINT or joints.w[k, row] == OFFSET:
-                for x in range(d):
-                    reactions.P[of, x] += network.J_j[c, row, x] * P
-            else:
-                for x in range(2 * d - 3):
-                    reactions.torque[of, x] += network.J_j[c, row, d + x] * P
+    for c in range(network.n_c):
+        key = found.key[c]
+        if key >= FIRST_JOINT:
+            book_rows(joints, block_of(joints, key), joint_of(key), c, network, reactions)
+        elif FIRST_DRIVE <= key < FIRST_SPRING:
+            book_rows(drives, drive_of(drives, key), joint_of(key), c, network, reactions)
+
+
+@kernel
+def book_rows(joints, k, of, c, network, reactions):
+    """Book block k of rows of a joint, row c of a problem."""
+    d, most = network.b.shape[1], joints.w.shape[1] - 1
+    for row in range(d):
+        P, w = network.P[c, row], joints.w[k, min(row, most)]
+        if w == POINT or w == OFFSET:
+            for x in range(d):
+                reactions.P[of, x] += network.J_j[c, row, x] * P
+        else:
+            for x in range(2 * d - 3):
+                reactions.torque[of, x] += network.J_j[c, row, d + x] * P
 
 
 @kernel

@@ -14,7 +14,7 @@ from typing import Annotated as Array
 
 import numpy as np
 
-from nonsmooth.contact.network.joint import acts, is_joint
+from nonsmooth.contact.network.joint import acts, is_powered
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import book_contact
@@ -22,7 +22,7 @@ from nonsmooth.integrators.assembly.joints import joint_of
 from nonsmooth.integrators.assembly.sleep import Asleep, is_kept
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, keep_rows, new, view
-from nonsmooth.scenes.detection import FIRST_JOINT, FIRST_SPRING, Found
+from nonsmooth.scenes.detection import FIRST_DRIVE, FIRST_JOINT, FIRST_SPRING, Found
 
 # chosen: odd numbers that spread the numbers of bodies and joints over the buckets. Source: Teschner et al., "Optimized
 # spatial hashing for collision detection of deformable objects", VMV 2003
@@ -61,14 +61,15 @@ def book_pairs(bodies_at, found_at, network_at, asleep_at, pairs_at, is_impact, 
         pairs.is_open = 1
         for row in range(asleep.n_c - asleep.new_contacts):
             is_spring = FIRST_SPRING <= asleep.key[row] < FIRST_JOINT
-            if is_kept(asleep, row) and not is_spring:
-                joint = joint_of(asleep.key[row]) if asleep.key[row] >= FIRST_JOINT else CONTACT
+            is_drive = FIRST_DRIVE <= asleep.key[row] < FIRST_SPRING
+            if is_kept(asleep, row) and not is_spring and not (is_drive and asleep.mu[row] > 0.0):  # of a motor
+                joint = joint_of(asleep.key[row]) if asleep.key[row] >= FIRST_DRIVE else CONTACT
                 at = row_in_step(pairs, asleep.i[row], asleep.j[row], joint)
                 add_impulse(pairs, at, asleep.frame, asleep.own, row, d)
     v_before = bodies.v_0 if is_impact == 0 else network.v_free
     for c in range(network.n_c):
-        if acts(network, c) and network.sprung[c] == 0:
-            joint = joint_of(found.key[c]) if is_joint(network, c) else CONTACT
+        if acts(network, c) and not is_powered(network, c):
+            joint = joint_of(found.key[c]) if found.key[c] >= FIRST_DRIVE else CONTACT
             at = row_in_step(pairs, network.i[c], network.j[c], joint)
             add_impulse(pairs, at, network.J_j, network.P, c, d)
             normal, friction, surface = book_contact(bodies, network, c, v_before, d, 3 * (d - 1))

@@ -58,6 +58,7 @@ class Places(Block):
     parts: int
     springs: int
     reactions: int
+    drives: int
 
 
 class Counts(Block):

@@ -17,7 +17,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import acts, is_contact, is_joint
+from nonsmooth.contact.network.joint import JOINT_LIMIT, acts, is_joint, may_land
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.solve import EXACT_BODIES, ROUNDED_OF_MANY, bodies_of
@@ -57,6 +57,7 @@ EXACT_VELOCITY = 1e-12  # chosen: of a velocity made from terms of such a size: 
 VELOCITY_ROUNDINGS_LEFT = 8192
 
 
+OF_TURNING = 2.0  # chosen: of what bodies turn their velocities by in a step: held limits may be approached by it
 IS_HELD_NEXT, LANDS = 1, 2  # code: of an island; the first is what rows alone make that turn (wandering.py)
 
 
@@ -140,6 +141,19 @@ def rest(found, network, d, n, moves, fall):
 
 
 @kernel
+def turning_of(bodies, network, c):
+    """The sizes of the spins of both bodies times those of their velocities, of the beginning of the step [m/s^2]."""
+    spin, speed, d = 0.0, 0.0, bodies.gravity.shape[0]
+    for b in (network.i[c], network.j[c]):
+        for x in range(network.v.shape[1]):
+            if x < d:
+                speed += abs(bodies.v_0[b, x])
+            else:
+                spin += abs(bodies.v_0[b, x])
+    return spin * speed
+
+
+@kernel
 def find_landings(bodies, found, contacts, network, dt, n, moves):
     """Mark islands in which a contact closes, or would be driven in by the mean of the velocities."""
     fall, islands = fall_of(bodies, dt), network.islands
@@ -149,7 +163,7 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
     for k in range(islands.count):
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
             c = islands.contacts[at]
-            if not is_contact(network, c):
+            if not may_land(network, c):
                 continue
             before, size = normal_velocity(network, c, bodies.v_0, n)
             after, _ = normal_velocity(network, c, network.v, n)
@@ -162,6 +176,9 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
             if contacts.wander[c] != 0.0:
                 before, after = before - contacts.wander[c], after + contacts.wander[c]
                 limit += contacts.slack[c]
+            elif network.sprung[c] == JOINT_LIMIT:
+                before, after = before - network.turn[c, 0], after + network.turn[c, 0]
+                limit += OF_TURNING * dt * turning_of(bodies, network, c)
             elif has_guide(bodies, network, c):
                 before += turn_of_guides(bodies, network, c, 0, 0.0)
                 after += turn_of_guides(bodies, network, c, 0, dt)

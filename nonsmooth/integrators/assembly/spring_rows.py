@@ -23,6 +23,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated as Array
 
+from nonsmooth.contact.network.joint import SPRUNG
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -134,7 +135,7 @@ def write_springs(springs_at, bodies_at, found_at, contacts_at, network_at, is_i
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
     for c in range(network.n_c):
         if FIRST_SPRING <= found.key[c] < FIRST_JOINT:
-            found.gap[c], network.mu[c], network.sprung[c], contacts.e[c] = SPRUNG_GAP, 0.0, 1, 0.0
+            found.gap[c], network.mu[c], network.sprung[c], contacts.e[c] = SPRUNG_GAP, 0.0, SPRUNG, 0.0
             k = spring_of(found.key[c])
             if springs.axis[k] == TORSION:
                 write_angle(network, c, 1.0 if found.normal[c, 0] > 0.0 else -1.0)

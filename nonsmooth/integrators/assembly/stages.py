@@ -25,6 +25,7 @@ from nonsmooth.integrators.assembly.divided import (
 )
 from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
+from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -253,7 +254,9 @@ def find(progress, places, network, d):
 
 @kernel
 def hold(places, is_impact, dt):
-    """The rows of springs and joints, of a step or of its impact."""
+    """The rows of drives, springs and joints, of a step or of its impact."""
+    if view(places.drives, Drives).count > 0:
+        write_drives(places.drives, places.bodies, places.found, places.contacts, places.network, is_impact, dt)
     if view(places.springs, Springs).count > 0:
         write_springs(places.springs, places.bodies, places.found, places.contacts, places.network, is_impact, dt)
     if view(places.joints, Joints).count > 0:
@@ -265,8 +268,8 @@ def find_among_awake(progress, places, network, d):
     """The contacts of what is awake, and of what they wake."""
     bodies, shapes, found = view(places.bodies, Bodies), view(places.shapes, Shapes), view(places.found, Found)
     contacts, asleep, joints = view(places.contacts, Contacts), view(places.asleep, Asleep), view(places.joints, Joints)
-    springs = view(places.springs, Springs)
-    others = joints.count + SIDES * springs.count
+    springs, drives = view(places.springs, Springs), view(places.drives, Drives)
+    others = joints.count + SIDES * springs.count + drives.count
     dt, margin, is_woken = progress.dt, margin_of(progress, bodies), True
     while is_woken:
         if d == 2:
@@ -285,6 +288,8 @@ def find_among_awake(progress, places, network, d):
             n = leave_out_hidden(places.shapes, places.motion, places.joints, places.links, places.found, n)
         if joints.count > 0:
             n = leave_out_joined(places.joints, places.shapes, places.found, n)
+        if drives.count > 0:
+            n = add_drives(drives, bodies.motion, found, n)
         if springs.count > 0:
             n = add_springs(springs, bodies, found, n)
         if joints.count > 0:
@@ -391,7 +396,8 @@ def book_by_pairs(places, is_impact, is_first):
     """Book what each joint did, and each pair of bodies, where that is asked for; of the first problem of a step, with
     what sleeps."""
     if view(places.joints, Joints).count > 0:
-        book_reactions(places.joints, places.found, places.network, places.reactions, 1 if is_first else 0)
+        step = 1 if is_first else 0
+        book_reactions(places.joints, places.drives, places.found, places.network, places.reactions, step)
     if view(places.pairs, Pairs).is_asked == 1:
         book_pairs(
             places.bodies, places.found, places.network, places.asleep, places.pairs, is_impact, 1 if is_first else 0

@@ -20,6 +20,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_co
 from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, with_parts
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
+from nonsmooth.integrators.assembly.drive_rows import Drives, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -56,7 +57,7 @@ from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import FIRST_SPRING, Found
+from nonsmooth.scenes.detection import FIRST_DRIVE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -98,12 +99,13 @@ PLACES = (
     "parts",
     "springs",
     "reactions",
+    "drives",
 )
 
 # defined: blocks that a step takes something from that the step before left
 CARRIED = (
     "bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "pairs", "progress", "paradoxes",
-    "parts", "reactions",
+    "parts", "reactions", "drives",
 )  # fmt: skip
 
 
@@ -158,7 +160,7 @@ class Assembly(InMotion):
 
     Parameters
     ----------
-    bodies, shapes, surfaces, joints, springs : Bodies, Shapes, Surfaces, Joints, Springs
+    bodies, shapes, surfaces, joints, springs, drives : Bodies, Shapes, Surfaces, Joints, Springs, Drives
     tol : float
         Residual asked of the contact problems.
     sweeps : int
@@ -181,12 +183,12 @@ class Assembly(InMotion):
     kept: ClassVar[tuple[str, ...]] = CARRIED
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, springs: Springs, tol: float,
-        sweeps: int, interior: int, is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
-        selection: Selection = Selection.COMPLIANT_LIMIT,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, springs: Springs, drives: Drives,
+        tol: float, sweeps: int, interior: int, is_strict: bool, may_sleep: bool, theta: float,
+        keeps_pairs: bool = False, selection: Selection = Selection.COMPLIANT_LIMIT,
     ) -> None:  # fmt: skip
         self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
-        self.joints, self.springs = joints, springs
+        self.joints, self.springs, self.drives = joints, springs, drives
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
         has_faces = may_hide(shapes)
@@ -196,6 +198,7 @@ class Assembly(InMotion):
         may_divide = not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
         rare += OF_PARTS if may_divide else ()
         rare += (write_springs,) if springs.count else ()
+        rare += (write_drives,) if drives.count else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -335,7 +338,7 @@ class Assembly(InMotion):
             rows, found = with_parts(rows, found, self.parts)
         if self.asleep.count == 0:
             return rows
-        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_SPRING
+        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_DRIVE
         is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
         resting = rows_at_rest(self.asleep)
         keys = np.concatenate((found[is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
@@ -361,8 +364,8 @@ class Assembly(InMotion):
 
     @property
     def n_others(self) -> int:
-        """Blocks of rows of joints and springs, that are no contacts."""
-        return int(self.joints.count) + SIDES * int(self.springs.count)
+        """Blocks of rows of joints, springs and drives, that are no contacts."""
+        return int(self.joints.count) + SIDES * int(self.springs.count) + int(self.drives.count)
 
     @property
     def n_islands(self) -> int:

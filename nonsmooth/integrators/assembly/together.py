@@ -7,7 +7,7 @@ others in a rebound, one of which it rebounds from, is between several; what a j
 
 from __future__ import annotations
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact, is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -30,7 +30,7 @@ def note_together(places, counts):
         if not is_joint(network, c):
             least = max(least, LOADED * network.P[c, 0])
     for c in range(network.n_c):
-        if network.P[c, 0] > least and not is_joint(network, c):
+        if network.P[c, 0] > least and is_contact(network, c):
             meet(network.i[c], network.j[c], bodies.partner)
             meet(network.j[c], network.i[c], bodies.partner)
     for c in range(network.n_c):

@@ -11,6 +11,7 @@ from nonsmooth.checks.parameters import layout_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
+from nonsmooth.integrators.assembly.drive_rows import SPEED, STOPS, Drives
 from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.integrators.assembly.spring_rows import ALONG, TORSION, Springs, line_of
 from nonsmooth.jit import interpreted, unpack_of
@@ -29,9 +30,9 @@ from nonsmooth.mechanics.laws import (
 )
 from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
-from nonsmooth.scenes.elements import Body, Joint, Kind, Spring
+from nonsmooth.scenes.elements import Body, Joint, Kind, Motor, Spring
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.joint_kinds import blocks_of, rows_of
+from nonsmooth.scenes.joint_kinds import Rows, blocks_of, coordinate_rows, rows_of
 from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
@@ -81,7 +82,7 @@ class World:
         self.shapes = shape_block(rows)
         self.surfaces = self._surfaces(materials)
         self.joints = self._joints()
-        self.springs = self._springs()
+        self.springs, self.drives = self._springs(), self._drives()
         self.guided = [body for body in scene.bodies if body.motion is not None]
 
     def _place(self, body: Body, t: float) -> None:
@@ -152,17 +153,44 @@ class World:
             others[joint.a.index].append(joint.b.index)
             others[joint.b.index].append(joint.a.index)
         for k, (joint, rows) in enumerate(blocks):
-            joints.u[k], joints.w[k] = zip(*rows, strict=True)
-            joints.lever[k], joints.is_looped[k] = self._lever_of(joint), joint.index in looped
-            for side, body, axes in (("i", joint.a, joint.axes), ("j", joint.b, joint.axes_b)):
-                self._join(joints, k, side, body, joint.at)
-                turn = x[body.index, d:] if d == 3 else x[body.index, 2]
-                getattr(joints, f"axes_{side}")[k] = rotate(conjugate(turn) if d == 3 else -turn, axes)
-            if d == PLANAR:
-                joints.angle[k] = x[joint.b.index, 2] - x[joint.a.index, 2]
+            self._frame(joints, k, joint, rows)
+            joints.is_looped[k] = joint.index in looped
         joints.first[1:] = np.cumsum([len(row) for row in others])
         joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if listed else []
         return joints
+
+    def _drives(self) -> Drives:
+        """Limits and motors with a speed, along the coordinates that joints leave free."""
+        d = self.dim
+        listed = [(joint, *row) for joint in self.scene.joints for row in drives_of_joint(joint)]
+        drives = new(Drives, n_k=len(listed), n_n=len(self.scene.joints), d=d)
+        drives.count = len(listed)
+        drives.of[:] = [joint.index for joint, *_ in listed]
+        drives.begin[:] = np.searchsorted(drives.of, np.arange(len(self.scene.joints)))
+        self.speeds: list[tuple[int, float, Joint, Motor]] = []
+        for k, (joint, along, (low, high), motor) in enumerate(listed):
+            row = coordinate_rows(joint.kind, d)[along]
+            self._frame(drives, k, joint, (row,))
+            scale = drives.lever[k] if along == "angle" else 1.0
+            if motor is None:
+                drives.law[k], drives.low[k], drives.high[k] = STOPS, low * scale, high * scale
+            else:
+                drives.law[k], drives.high[k] = SPEED, high / scale
+                self.speeds.append((k, float(scale), joint, motor))
+                drives.speed[k] = 0.0 if callable(motor.speed) else scale * float(motor.speed or 0.0)
+        return drives
+
+    def _frame(self, block: Joints | Drives, k: int, joint: Joint, rows: Rows) -> None:
+        """Row k of joints or drives: its rows, its lever, and the frames of the joint along the axes of its bodies."""
+        d, x = self.dim, self.bodies.motion.x
+        block.u[k], block.w[k] = zip(*rows, strict=True)
+        block.lever[k] = self._lever_of(joint)
+        for side, body, axes in (("i", joint.a, joint.axes), ("j", joint.b, joint.axes_b)):
+            self._join(block, k, side, body, joint.at)
+            turn = x[body.index, d:] if d == 3 else x[body.index, 2]
+            getattr(block, f"axes_{side}")[k] = rotate(conjugate(turn) if d == 3 else -turn, axes)
+        if d == PLANAR:
+            block.angle[k] = x[joint.b.index, 2] - x[joint.a.index, 2]
 
     def _lever_of(self, joint: Joint) -> float:
         """The lever at which turns of a joint count: the reach of the smaller of its bodies that move [m]."""
@@ -193,7 +221,7 @@ class World:
         has_length = (first != second).any() if spring.length is None else spring.length > 0.0
         return (ALONG,) if has_length else tuple(range(self.dim))
 
-    def _join(self, ends: Joints | Springs, k: int, side: str, body: Body, at: np.ndarray | None) -> None:
+    def _join(self, ends: Joints | Springs | Drives, k: int, side: str, body: Body, at: np.ndarray | None) -> None:
         """Row k of a joint or a spring has an end on a body, at a point of the world or at its centre of mass."""
         b, d, x = body.index, self.dim, self.bodies.motion.x
         getattr(ends, side)[k] = b
@@ -308,6 +336,13 @@ def law_of_impacts(pairs: list[tuple[Material, Material, float]]) -> ImpactLaw:
             "impact='sequential' takes any"
         )
     return IMPACT_LAWS[law]
+
+
+def drives_of_joint(joint: Joint) -> list[tuple[str, tuple[float, float], Motor | None]]:
+    """The coordinates of the limits and motors of a joint, their bounds, and the motor."""
+    stops = [(along, pair, None) for along, pair in joint.limits.items() if not np.isinf(pair).all()]
+    motors = [(motor.along, (0.0, motor.limit), motor) for motor in joint.motors if motor.speed is not None]
+    return [*stops, *motors]
 
 
 def looped_joints(listed: list[Joint]) -> set[int]:

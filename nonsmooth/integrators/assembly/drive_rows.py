@@ -1,0 +1,175 @@
+"""What acts along the angle or the travel that a joint leaves free: its limits, and motors that hold a speed.
+
+    limit    0 <= P _|_ s - s_lo + dt gamma >= 0, or the same of s_hi - s;    gamma = J_mid v_1 + b,  b as of joints
+    motor    |P| <= M dt,   P = M dt sign(f - gamma) where the speed is not f: a contact that sticks or slides
+
+A limit is a contact without friction and without rebound, whose gap is the way to it; it lands as contacts do. Only the
+nearer of both is a row: where nothing presses, two that are opposite are solved by any pair of large impulses. A motor
+is friction with a given normal force: its normal row has J = 0, R and b such that P_N = -b/R = M dt, and mu = 1; its
+tangent is the row of the coordinate, its belt runs with the speed f at the end of the step. So what no motor can hold
+turns it back by M, and what it can is held exactly.
+
+Angles count as ways at the lever of the joint (joint_rows.py). In space an angle is known but for full turns, which are
+counted from step to step. Rows of drives stand between contacts and springs. In an impact motors give no impulse.
+Source: for the motor, Glocker, *Set-Valued Force Laws* (2001), section 5 (force laws of sgn-type).
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated as Array
+
+from nonsmooth.contact.network.joint import JOINT_LIMIT, MOTOR
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.joint_rows import offset_of, row_at, turn_of_side, write_side
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, new, view
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_DRIVE, FIRST_SPRING, LAST_FEATURE, NO_SHAPE, Found
+from nonsmooth.scenes.joint_kinds import TURN
+
+STOPS, SPEED = range(2)  # code: laws of a drive
+LOWER, UPPER = range(2)  # code: which limit is nearer
+ENDS_OF_STOPS = 2  # defined: of a coordinate
+NO_GAP = 1e30  # code: the gap of the row of a motor [m], which no contact has
+AT_LIMIT = 1e-12  # chosen: of the lever: a limit that is nearer is reached
+
+
+class Drives(Block):
+    """n_k drives of n_n joints; their coordinate is row 0 of a block of rows, as those of ``Joints`` are."""
+
+    count: int
+    of: Array[Ints, "n_k"]  # the joint of a drive
+    begin: Array[Ints, "n_n"]  # and the first drive of a joint
+    law: Array[Ints, "n_k"]
+    low: Array[Floats, "n_k"]  # s_lo [m]
+    high: Array[Floats, "n_k"]  # s_hi [m], or M over the lever [N]
+    speed: Array[Floats, "n_k"]  # f at the end of the step, times the lever [m/s]
+    last: Array[Floats, "n_k"]  # s of the step before [m]
+    shape_i: Array[Ints, "n_k"]
+    shape_j: Array[Ints, "n_k"]
+    i: Array[Ints, "n_k"]
+    j: Array[Ints, "n_k"]
+    arm_i: Array[Floats, "n_k", "d"]
+    arm_j: Array[Floats, "n_k", "d"]
+    u: Array[Ints, "n_k", "1"]
+    w: Array[Ints, "n_k", "1"]
+    axes_i: Array[Floats, "n_k", "d", "d"]
+    axes_j: Array[Floats, "n_k", "d", "d"]
+    lever: Array[Floats, "n_k"]
+    angle: Array[Floats, "n_k"]
+
+
+def no_drives(dim: int) -> Drives:
+    """The block of a scene without drives."""
+    return new(Drives, n_k=0, n_n=0, d=dim)
+
+
+@kernel
+def drive_of(drives, key):
+    """The drive of a key."""
+    return drives.begin[(key >> FEATURE_BITS) & NO_SHAPE] + (key & LAST_FEATURE) // ENDS_OF_STOPS
+
+
+@kernel
+def key_of_drive(drives, x, k):
+    """Of drive k, with which limit is the nearer one at places x."""
+    end, of = LOWER, drives.of[k]
+    if drives.law[k] == STOPS:
+        s = coordinate_of(drives, x, k)
+        end = UPPER if drives.high[k] - s < s - drives.low[k] else LOWER
+    return FIRST_DRIVE | (of << FEATURE_BITS) | (ENDS_OF_STOPS * (k - drives.begin[of]) + end)
+
+
+@kernel
+def add_drives(drives, motion, found, n):
+    """Write the drives of bodies that are not both still behind the first n contacts; the new n."""
+    for k in range(drives.count):
+        i, j = drives.i[k], drives.j[k]
+        if motion.still[i] == 1 and motion.still[j] == 1:
+            continue
+        found.shape_i[n], found.shape_j[n] = drives.shape_i[k], drives.shape_j[k]
+        found.key[n], found.gap[n] = key_of_drive(drives, motion.x, k), 0.0
+        _, p = offset_of(drives, motion.x, k)
+        for a in range(found.normal.shape[1]):
+            found.normal[n, a], found.point[n, a] = 1.0 if a == 0 else 0.0, p[a]
+        n += 1
+    return n
+
+
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_drives(drives_at, bodies_at, found_at, contacts_at, network_at, is_impact, dt):
+    """Make drives of their rows, which were written as contacts; those of an impact are at the places after it."""
+    drives, bodies, found = view(drives_at, Drives), view(bodies_at, Bodies), view(found_at, Found)
+    contacts, network = view(contacts_at, Contacts), view(network_at, Network)
+    for c in range(network.n_c):
+        if FIRST_DRIVE <= found.key[c] < FIRST_SPRING:
+            k, asked = drive_of(drives, found.key[c]), network.b[c, 0]
+            sign = -1.0 if found.key[c] % ENDS_OF_STOPS == UPPER else 1.0
+            write_coordinate(drives, bodies.motion.x, k, c, network, sign)
+            contacts.e[c] = 0.0
+            if drives.law[k] == SPEED:
+                write_motor(drives, bodies, k, c, network, 0.0 if is_impact == 1 else dt)
+                found.gap[c] = NO_GAP
+            elif is_impact == 1:
+                network.b[c, 0] = asked
+            else:
+                write_limit(drives, bodies, found, k, c, network, (sign, dt))
+
+
+@kernel
+def write_coordinate(drives, x, k, c, network, sign):
+    """The row of the coordinate of drive k: the normal of a limit, the tangent of a motor; other rows are unused."""
+    n, to = network.v.shape[1], 1 if drives.law[k] == SPEED else 0
+    for row in range(network.b.shape[1]):
+        network.b[c, row] = network.turn[c, row] = 0.0
+        for y in range(n):
+            network.J_i[c, row, y] = network.J_j[c, row, y] = 0.0
+    for b in (drives.i[k], drives.j[k]):
+        J = network.J_i if b == drives.i[k] else network.J_j
+        write_side(drives, x, k, 0, b, J, c, to)
+        for y in range(n):
+            J[c, to, y] *= sign if b == drives.j[k] else -sign
+
+
+@kernel
+def turn_of_drive(drives, bodies, k):
+    """What the rate of the coordinate gains from the beginning of the step to where its row is written."""
+    return turn_of_side(drives, bodies, k, 0, drives.j[k]) - turn_of_side(drives, bodies, k, 0, drives.i[k])
+
+
+@kernel
+def coordinate_of(drives, x, k):
+    """The coordinate of drive k at places x [m], full turns since the start with it."""
+    _, s = row_at(drives, x, k, 0)
+    if drives.w[k, 0] == TURN:
+        around = 2.0 * pi * drives.lever[k]
+        s += around * round((drives.last[k] - s) / around)
+    return s
+
+
+@kernel
+def write_limit(drives, bodies, found, k, c, network, step):
+    """The gap of a limit at the beginning of the step, and what it asks for; step is the sign of its row, and dt."""
+    s, (sign, dt) = coordinate_of(drives, bodies.x_0, k), step
+    drives.last[k] = s
+    gap = s - drives.low[k] if sign > 0.0 else drives.high[k] - s
+    found.gap[c] = 0.0 if abs(gap) <= AT_LIMIT * drives.lever[k] else gap
+    network.mu[c], network.soft[c], network.sprung[c] = 0.0, 0.0, JOINT_LIMIT
+    network.turn[c, 0] = sign * turn_of_drive(drives, bodies, k)
+    network.b[c, 0] = network.turn[c, 0] + (gap / dt if found.gap[c] > 0.0 else 0.0)
+
+
+@kernel
+def write_motor(drives, bodies, k, c, network, dt):
+    """The force of a motor over a step, 0 of an impact, as a given normal force, and the speed that it holds."""
+    R = 0.0
+    for b in (drives.i[k], drives.j[k]):
+        R += 1.0 / bodies.mass[b] if bodies.motion.moves[b] == 1 else 0.0
+    network.mu[c], network.soft[c], network.sprung[c] = 1.0, R, MOTOR
+    if dt == 0.0:
+        network.b[c, 0] = NO_GAP
+    else:
+        network.b[c, 0] = -R * drives.high[k] * dt
+        network.b[c, 1] = turn_of_drive(drives, bodies, k) - drives.speed[k]
