@@ -33,6 +33,8 @@ from nonsmooth.mechanics.situation import Situation
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 from nonsmooth.paradox.alternatives import ImpactAlternative, impacts_in_space
 from nonsmooth.paradox.kinds import ParadoxFlag, ParadoxKind, kind_of
+from nonsmooth.paradox.stability import StabilityTag
+from nonsmooth.paradox.stability_in_space import stability_in_space
 from nonsmooth.paradox.state_problem import Problem, forces_found
 from nonsmooth.views import view
 
@@ -51,11 +53,14 @@ class SpatialSolution(NamedTuple):
         Forces N, T1, T2 [N].
     du : ndarray (n_u,)
         Accelerations u'.
+    stability : StabilityTag
+        Whether a stiff contact stays in this mode; a slide that begins at rest also in its direction.
     """
 
     modes: tuple[str, ...]
     la: np.ndarray
     du: np.ndarray
+    stability: StabilityTag
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,19 +233,21 @@ def slopes(problem: Problem, tolerance: float) -> tuple[np.ndarray, np.ndarray, 
 
 def solution(problem: Problem, chosen: tuple[int, ...], direction: np.ndarray) -> SpatialSolution:
     """A solution of all contacts from one of each island, its friction in the tangential axes of the system."""
-    n_c = problem.system.n_c
+    n_c, candidate = problem.system.n_c, np.zeros(len(problem.closed), int)
     modes, forces, rows = ["open"] * n_c, np.zeros((n_c, 3)), np.zeros(len(problem.c))
     for k, i in enumerate(problem.closed):
         m = chosen[problem.island[k]]
+        candidate[k] = problem.candidate[m, k]
         own = slice(problem.start[k], problem.start[k + 1])
         rows[own] = problem.la[m, own]
         d, la = problem.d(k), problem.la[m, own]
-        modes[i] = mode_of(problem.candidate[m, k], d)
+        modes[i] = mode_of(candidate[k], d)
         forces[i, 0] = problem.normal[k] if problem.kind(k) == GIVEN_FORCE else la[0]
         forces[i, 1 : 1 + d] = la[len(la) - d :]
         if d == 2 and problem.slip[k] != 0:
             forces[i, 1:] = la[-2] * direction[i]
-    return SpatialSolution(tuple(modes), forces, problem.du + problem.X.T @ rows)
+    stability = stability_in_space(problem, candidate, rows)
+    return SpatialSolution(tuple(modes), forces, problem.du + problem.X.T @ rows, stability)
 
 
 def mode_of(candidate: int, d: int) -> str:

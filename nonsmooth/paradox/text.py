@@ -67,11 +67,12 @@ def spatial_text(c: SpatialClassification) -> str:
         lines.append(f"  {name}: {mode}{way}{known}")
     lines += [f"  ! {FLAGS[flag.name]}" for flag in type(c.flags) if flag & c.flags and flag.name]
     if c.solutions:
-        head = ("", "mode", "la_N", "la_F")
+        head = ("", "mode", "la_N", "la_F", "stiff contact")
         rows: list[tuple[str, ...]] = [
-            (f"{j + 1}", " | ".join(one.modes), _numbers(one.la[:, 0]), " | ".join(_pair(la[1:]) for la in one.la))
+            (f"{j + 1}", " | ".join(one.modes), _numbers(one.la[:, 0]), " | ".join(_pair(la[1:]) for la in one.la),
+             STABILITY[one.stability.kind].format(damping=one.stability.damping))
             for j, one in enumerate(c.solutions[:SOLUTIONS_SHOWN])
-        ]
+        ]  # fmt: skip
         lines += ["", "solutions (forces in N)", *_table(rows, head)]
     if c.impacts:
         lines += ["", "impact without collision (impulses in N s, velocities after it in m/s)"]
@@ -90,7 +91,8 @@ def spatial_dictionary(c: SpatialClassification) -> dict[str, Any]:
         "flags": [flag.name for flag in type(c.flags) if flag & c.flags], "mode": list(c.mode),
         **{name: getattr(c, name).tolist() for name in ("q", "u", "gamma_N", "gamma_F", "direction", "mu", "b", "p")},
         "solutions": [
-            {"modes": list(one.modes), "la": one.la.tolist(), "du": one.du.tolist()} for one in c.solutions
+            {"modes": list(one.modes), "la": one.la.tolist(), "du": one.du.tolist(),
+             "stability": one.stability.kind.name, "least_damping": one.stability.damping} for one in c.solutions
         ],
         "impacts": [_impact_dictionary(impact) for impact in c.impacts],
     }  # fmt: skip

@@ -6,8 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import nonsmooth as ns
+from nonsmooth.paradox.stability import Stability
+from nonsmooth.paradox.stability_in_space import slope_of_turning
 
 FLAG = ns.ParadoxFlag
 
@@ -152,3 +155,70 @@ def test_impacts_without_collision_are_listed_where_a_slide_has_p_below_zero():
     assert copied.impacts[1].P_N[0] == e_P.P_N[0] and str(copied) == str(again)
     assert classified(COUPLED, [-1.0, 0.2, 0.1], 2.0, (-1.0, 0.7)).impacts == ()
     assert classified(COUPLED, [-1.0, 0.2, 0.1], 2.0).impacts == ()
+
+
+SADDLE, STABLE = Stability.SADDLE, Stability.STABLE
+
+
+def test_a_slide_is_a_saddle_of_a_stiff_contact_where_p_is_below_zero():
+    free, slide = classified(COUPLED, [0.5, 0.0, 0.0], 2.0, (1.0, 0.0)).solutions
+    assert (free.stability.kind, slide.stability.kind) == (STABLE, SADDLE)
+    (slide,) = classified(COUPLED, [-0.5, 0.0, 0.0], 2.0, (-1.0, 0.0)).solutions
+    assert slide.stability.kind == STABLE
+    np.testing.assert_allclose(slide.stability.rho, [1.0 + 2.0 * 0.8], rtol=1e-12)
+    assert "unstable (saddle of a stiff contact)" in str(classified(COUPLED, [0.5, 0.0, 0.0], 2.0, (1.0, 0.0)))
+
+
+def left_by_a_stiff_contact(G, c, mu, la):
+    """Whether a compliant contact, begun beside a slide from rest, leaves it: by its force, or by its direction."""
+    stiffness, speed, turned = 1e7, 1e-2, 1e-3
+    damping = 1.4 * math.sqrt(stiffness / G[0, 0])
+    d = -la[1:] / np.linalg.norm(la[1:])
+
+    def rate(t, y):
+        N = max(0.0, -stiffness * y[0] - damping * y[1])
+        force = np.array([N, *(-mu * N * y[2:] / np.linalg.norm(y[2:]))])
+        a = G @ force + c
+        return [y[1], a[0], a[1], a[2]]
+
+    def angle(y):
+        return math.atan2(d[0] * y[3] - d[1] * y[2], d @ y[2:])
+
+    def stays(t, y):
+        """Positive while force and direction are beside those of the slide."""
+        return min(0.1 - abs(-stiffness * y[0] / la[0] - 1.0), 20 * turned - abs(angle(y)))
+
+    stays.terminal = True
+    start = np.array([[math.cos(turned), -math.sin(turned)], [math.sin(turned), math.cos(turned)]]) @ d * speed
+    end = 50.0 * speed / np.linalg.norm((G @ la + c)[1:])
+    sol = solve_ivp(rate, (0, end), [-la[0] / stiffness, 0.0, *start], "LSODA", rtol=1e-8, atol=1e-12, events=stays)
+    return len(sol.t_events[0]) > 0 or abs(angle(sol.y[:, -1])) > turned
+
+
+def kind_of_slide(G, c, la):
+    """By what nearby motions leave it."""
+    if G[0, 0] + G[0, 1:] @ la[1:] / la[0] < 0:
+        return "its force"
+    return "its direction" if slope_of_turning(G, c, la) > 0 else "nothing"
+
+
+def test_slides_from_rest_are_tagged_as_a_stiff_contact_leaves_them_or_not():
+    """Two random contacts of each kind, against an independent integration of their springs."""
+    rng, met = np.random.default_rng(12), {"its force": 0, "its direction": 0, "nothing": 0}
+    for _ in range(2_000):
+        A = rng.normal(size=(3, 3))
+        G, c = A @ A.T + 0.05 * np.eye(3), rng.normal(size=3)
+        mu = rng.uniform(0.8, 3.0) * G[0, 0] / np.linalg.norm(G[0, 1:])
+        found = ns.contact_solutions(G, c, mu)
+        kinds = [kind_of_slide(G, c, la) for mode, la in zip(found.modes, found.P, strict=True) if mode == "slide"]
+        if all(met[kind] >= 2 for kind in kinds):
+            continue
+        for kind in kinds:
+            met[kind] += 1
+        solutions = classified(G, c, mu).solutions
+        assert all(one.stability.kind == STABLE for one in solutions if one.modes != ("slide",))
+        slides = [one for one in solutions if one.modes == ("slide",)]
+        for kind, one in zip(kinds, slides, strict=True):
+            assert one.stability.kind == (STABLE if kind == "nothing" else SADDLE)
+            assert left_by_a_stiff_contact(G, c, mu, one.la[0]) == (kind != "nothing")
+    assert min(met.values()) >= 2
