@@ -33,7 +33,10 @@ VIEWS: dict[str, dict[str, str]] = {
         "summary": "results.summary.scene_summary", "html": "results.summary.as_html",
     },
     "Ongoing": {"live": "drawing.live.view.live_model"}, "SceneRun": {"live": "drawing.live.view.live_scene"},
-    "Scene": {"system": "scenes.as_system.system_of", "state": "scenes.as_system.state_of"},
+    "Scene": {
+        "system": "scenes.as_system.system_of", "state": "scenes.as_system.state_of",
+        "save": "scenes.scene_files.save_scene", "load": "scenes.scene_files.load_scene",
+    },
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
     "Classification": {
         "plot": "drawing.classification_plots.plot_classification", "text": "paradox.text.as_text",

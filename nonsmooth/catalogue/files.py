@@ -1,4 +1,5 @@
-"""Models of a file, as ``my.py:Rod``: a class, an instance, a `System`, a `Scene`, or a function that returns one."""
+"""Models of a file: of ``my.py:Rod`` a class, an instance, a `System`, a `Scene`, or a function that returns one; of
+``tower.toml`` a scene (scenes/scene_files.py)."""
 
 from __future__ import annotations
 
@@ -14,12 +15,12 @@ from typing import Any
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, said_by
 
 ENDING = ".py"
+OF_SCENES = ".toml"
 
 
 def is_file(text: str) -> bool:
     """Whether a text means a file, or something in one."""
-    path = split(text)[0]
-    return path.endswith(ENDING)
+    return split(text)[0].endswith((ENDING, OF_SCENES))
 
 
 def split(text: str) -> tuple[str, str]:
@@ -122,6 +123,8 @@ def from_file(
     InvalidInput
         For a file without models, one with several where no name was given, and for what is no model.
     """
+    if text.endswith(OF_SCENES):
+        return Path(text).stem, scene_of_file(text, {} if arguments is None else arguments, read)
     path, name = split(text)
     module = load_file(path)
     found = found_in(module)
@@ -142,6 +145,14 @@ def from_file(
             f"that returns one{others}"
         )
     return name, value
+
+
+def scene_of_file(path: str, arguments: dict[str, str], read: Callable[[str, str, Any], Any]) -> Any:
+    """The scene of a file, with those of the arguments that are values of it; they are taken out of them."""
+    from nonsmooth.scenes.scene_files import load_scene, values_in
+
+    own = values_in(path)
+    return load_scene(path, **{name: read(name, arguments.pop(name), own[name]) for name in own if name in arguments})
 
 
 def _returned(text: str, function: Any, arguments: dict[str, str], read: Callable[[str, str, Any], Any]) -> Any:

@@ -28,7 +28,7 @@ def add_list(command: argparse.ArgumentParser) -> None:
 def act_list(arguments: argparse.Namespace) -> int:
     """``nonsmooth list``."""
     from nonsmooth.catalogue.entries import load, load_entry, model_entries, scene_entries
-    from nonsmooth.catalogue.files import found_in, from_file, is_file, load_file, split
+    from nonsmooth.catalogue.files import OF_SCENES, found_in, from_file, is_file, load_file, split
 
     found: list[dict[str, Any]] = []
     refused: dict[str, list[str]] = {}
@@ -37,7 +37,7 @@ def act_list(arguments: argparse.Namespace) -> int:
             found.append(facts(typed, load(typed)))
             continue
         file, chosen = split(typed)
-        models = dict([from_file(typed)]) if chosen else found_in(load_file(file))
+        models = dict([from_file(typed)]) if chosen or file.endswith(OF_SCENES) else found_in(load_file(file))
         for name, model in models.items():
             try:
                 found.append(facts(f"{file}:{name}", model))

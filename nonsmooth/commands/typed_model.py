@@ -15,7 +15,10 @@ from nonsmooth.scenes.given import as_model
 if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
 
-MODEL = "a name of `nonsmooth list`, or FILE.py:NAME, a class, an instance, a System, a Scene or a function"
+MODEL = (
+    "a name of `nonsmooth list`, the FILE.toml of a scene, or FILE.py:NAME, a class, an instance, a System, a Scene or "
+    "a function"
+)
 
 
 def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> Any:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -350,6 +351,46 @@ class Scene(Joining):
             own_mu if mu is None else as_mu(mu),
             own_e if e is None else as_fraction("e", e),
         )
+
+    @classmethod
+    def load(cls, path: str | Path, **values: float) -> Scene:
+        """Read a scene from a file, with other values by name.
+
+        Parameters
+        ----------
+        path : path-like
+            A TOML file, as ``save`` writes it, or by hand with formulas and repetition (docs/scenes.md, scenes in files).
+        **values : float
+            In the place of those of its table ``values``.
+
+        Raises
+        ------
+        InvalidInput
+            For a file that cannot be read, a value that it does not have, and what breaks a rule of a body, a joint,
+            ..., with the file, the table and its line.
+        """
+        return view(cls, "load")(path, **values)  # type: ignore[no-any-return]
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene into a file from which ``load`` makes it again, to the last bit.
+
+        Raises
+        ------
+        InvalidInput
+            For what a file cannot hold: motions, forces and laws of friction that are functions.
+        FileFailure
+            Where the file cannot be written.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -9.81), name="falls")
+        >>> disc = scene.body(ns.Disc(0.1), mass=1.0, position=(0, 0.5), name="disc")
+        >>> scene.save("falls.toml")
+        >>> ns.Scene.load("falls.toml").bodies
+        [Body('disc', dynamic, Disc(radius=0.1))]
+        """
+        view(self, "save")(self, path)
 
     def system(self, pairs: Any = None) -> System:
         """A small scene as a `System`, for Adaptive, EventDriven, Penalty, `classify`, `limit_cycle` and their like.
