@@ -263,7 +263,7 @@ RESULTS = {
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
     "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointMotion",
-    "SpringForces",
+    "SpringForces", "ContactSolutions",
 }  # fmt: skip
 
 DIRECTIONS = np.random.default_rng(0).normal(size=(300, 3))

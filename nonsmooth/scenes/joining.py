@@ -13,7 +13,7 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.elements import Body, Joint, Kind
 from nonsmooth.scenes.joint_kinds import rows_of
 from nonsmooth.scenes.ranges import require_within
-from nonsmooth.scenes.shapes import PLANAR
+from nonsmooth.scenes.shapes import PLANAR, is_unit
 
 SKEW = 1e-9  # chosen: cosine of two axes that are at right angles
 
@@ -252,14 +252,14 @@ class Joining:
 
 
 def as_direction(name: str, value: Any, dim: int) -> np.ndarray:
-    """A unit vector."""
+    """A unit vector; one that is given stays as it is, to the last bit."""
     if value is None:
         raise InvalidInput(f"{name} is missing; give {dim} numbers, as {(0.0,) * (dim - 1) + (1.0,)}")
     vector = as_vector(name, value, dim)
     size = np.abs(vector).max()
     if size == 0.0:
         raise InvalidInput(f"{name} must have a length; got {shown(value)}")
-    return vector / size / np.linalg.norm(vector / size)
+    return vector if is_unit(vector) else vector / size / np.linalg.norm(vector / size)
 
 
 def as_limits(name: str, value: Any) -> tuple[float, float]:

@@ -359,7 +359,7 @@ class Scene(Joining):
         Parameters
         ----------
         path : path-like
-            A TOML file, as ``save`` writes it, or by hand with formulas and repetition (docs/scenes.md, scenes in files).
+            A TOML file, as ``save`` writes it, or by hand with formulas and repetition (docs/scenes.md).
         **values : float
             In the place of those of its table ``values``.
 

@@ -31,12 +31,12 @@ import nonsmooth.scenes.shapes as shapes
 from nonsmooth.checks.files import as_path, as_place, whole_file
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.laws import FrictionLaw
-from nonsmooth.scenes.elements import Kind
+from nonsmooth.scenes.elements import Joint, Kind, Motor
 from nonsmooth.scenes.formulas import value_of
 from nonsmooth.scenes.joint_kinds import JOINT_KINDS
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.shapes import Shape
+from nonsmooth.scenes.shapes import SPATIAL, Shape
 
 ENDING = ".toml"
 KINDS = {  # the methods of Scene that the tables of a list call; the first one where a table names none
@@ -165,7 +165,10 @@ def _add(scene: Scene, name: str, table: Table, numbers: dict[str, float], mater
     kind = entries.pop("kind", methods[0])
     if kind not in methods:
         raise InvalidInput(f"{table.where}: kind {shown(kind)} is unknown; {nearest(str(kind), [*methods])}")
-    _call(getattr(scene, kind), Table(entries, table.where), numbers, materials)
+    motors = entries.pop("motors", []) if name == "joints" else []
+    joint = _call(getattr(scene, kind), Table(entries, table.where), numbers, materials)
+    for motor in motors:
+        _call(joint.motor, Table(motor, f"{table.where}, motors"), numbers, materials)
 
 
 def _call(act: Any, table: Table, numbers: Mapping[str, float], materials: Mapping[str, Material]) -> Any:
@@ -311,13 +314,25 @@ def _body(scene: Scene, body: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _joint(scene: Scene, joint: Any) -> dict[str, Any]:
-    has_axis = joint.kind != "joint" and joint.kind != "fix" and (scene.dim == 3 or joint.kind != "hinge")
+def _joint(scene: Scene, joint: Joint) -> dict[str, Any]:
+    has_axis = joint.kind not in ("joint", "fix") and (scene.dim == SPATIAL or joint.kind != "hinge")
+    along = "travel" if joint.kind != "hinge" else "angle"
     return {
         "kind": joint.kind, "name": joint.name, "a": joint.a.name, "b": joint.b.name, "at": joint.at,
         "axis": joint.axes[0] if has_axis else None,
         "axis_b": joint.axes_b[0] if joint.kind == "universal" else None,
+        "limits": joint.limits.get(along),
+        "angle_limits": joint.limits.get("angle") if joint.kind == "cylindrical" else None,
+        "motors": [_motor(joint, motor) for motor in joint.motors] or None,
     }  # fmt: skip
+
+
+def _motor(joint: Joint, motor: Motor) -> dict[str, Any]:
+    if callable(motor.load) or callable(motor.speed):
+        raise InvalidInput(f"a file holds numbers and names, and a motor of {joint.name} is a function")
+    if motor.speed is not None:
+        return {"speed": motor.speed, "limit": motor.limit}
+    return {"torque" if motor.along == "angle" else "force": motor.load}
 
 
 def _spring(spring: Any) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_floats, as_listed, as_number, as_vector
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.convex_hull import convex_hull
 from nonsmooth.scenes.ranges import FARTHEST_PLACE, as_length, require_within
 
@@ -25,6 +26,7 @@ FLATTEST = (
     1e-6  # chosen: thickness of a set of points, of its largest width, below which it has no faces worth the name
 )
 UNIT = 1e-6  # chosen: by which the length of a quaternion, or a full turn, may miss what it should be
+OF_UNIT_LENGTH = 8 * EPS  # derived: what products, a root and a quotient leave of the square of a unit vector
 
 
 class Shape:
@@ -387,7 +389,12 @@ def as_turn(name: str, value: Any, dim: int) -> Any:
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > UNIT:
         raise InvalidInput(f"{name} must be a unit quaternion (w, x, y, z); its length is {length:.6g}, divide by it")
-    return quaternion / length
+    return quaternion if is_unit(quaternion) else quaternion / length
+
+
+def is_unit(vector: np.ndarray) -> bool:
+    """Whether a vector has the length 1 but for roundings; it stays as it is then, to the last bit."""
+    return abs(float(vector @ vector) - 1.0) <= OF_UNIT_LENGTH
 
 
 def as_convex(value: Any) -> np.ndarray:

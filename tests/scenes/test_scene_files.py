@@ -80,7 +80,10 @@ def as_said(value):
 
 def elements(scene):
     """All that a scene is made of."""
-    joints = [{**vars(joint), "a": joint.a.name, "b": joint.b.name} for joint in scene.joints]
+    joints = [
+        {**vars(joint), "a": joint.a.name, "b": joint.b.name, "motors": [vars(motor) for motor in joint.motors]}
+        for joint in scene.joints
+    ]
     springs = [{**vars(spring), "a": spring.a.name, "b": spring.b.name} for spring in scene.springs]
     forces = [{"body": force.body.name, "value": force.value, "at": force.at} for force in scene.forces]
     pairs = sorted((sorted(names), *values) for names, values in scene.pairs.items())
@@ -113,10 +116,17 @@ def machine():
             shape, density=1000 + k / 3, position=(k, 0.1, 1 / 3), turn=(0.6, 0, 0.8, 0), velocity=(1, k, 0),
             spin=(0, 0, 0.1), material=[None, steel, rubber][k % 3], name=f"body {k}",
         )  # fmt: skip
-    axes = {"axis": (1, 2, 2)}
+    scene.kinematic(ns.Box(1, 1, 0.1), position=(0, 9, 0), velocity=(0, 0.1, 0), spin=(0, 0, 1), name="table")
+    axes = {"axis": (1, 2, 5)}
     scene.joint("body 0", "body 1", at=(0.5, 0, 0))
     for k, add in enumerate((scene.hinge, scene.slider, scene.cylindrical, scene.slot, scene.planar), start=1):
-        add(f"body {k}", f"body {k + 1}", at=(k, 0, 0), **axes)
+        limits = {} if add == scene.planar else {"limits": (-0.1 * k, math.inf)}
+        limits |= {"angle_limits": (-1 / 3, 2.0)} if add == scene.cylindrical else {}
+        joint = add(f"body {k}", f"body {k + 1}", at=(k, 0, 0), **axes, **limits)
+        if add == scene.hinge:
+            joint.motor(torque=0.25)
+            joint.motor(speed=1 / 3, limit=2.0)
+    scene.slider("table", "body 0", axis=(0, 1, 0)).motor(force=-1.5)
     scene.universal("body 0", "body 7", at=(0, 0, 0), axis=(1, 0, 0), axis_b=(0, 1, 0))
     scene.fix("body 6", "body 7", at=(6, 0, 0))
     scene.spring("body 2", "body 5", at_a=(2, 0, 0), stiffness=10.0, damping=0.5)
@@ -124,13 +134,25 @@ def machine():
     scene.force("body 3", (1.0, 2.0, 1 / 3), at=(3, 0, 0))
     scene.pair("steel", "rubber", mu=0.7)
     scene.pair("steel", "steel", e=0.1)
-    scene.kinematic(ns.Box(1, 1, 0.1), position=(0, 9, 0), velocity=(0, 0.1, 0), spin=(0, 0, 1), name="table")
     return scene
 
 
 def test_a_scene_with_one_of_each_is_read_as_it_was_saved(tmp_path):
     machine().save(tmp_path / "machine.toml")
     assert elements(ns.Scene.load(tmp_path / "machine.toml")) == elements(machine())
+
+
+def test_axes_and_turns_are_read_to_the_last_bit(tmp_path):
+    rng = np.random.default_rng(5)
+    scene = ns.Scene(gravity=(0, 0, 0))
+    for k in range(100):
+        turn = rng.normal(size=4)
+        turn /= np.linalg.norm(turn)
+        scene.body(ns.Sphere(0.1), mass=1.0, position=(k, 0, 0), turn=turn, name=f"b{k}")
+        if k:
+            scene.hinge(f"b{k - 1}", f"b{k}", at=(k, 0, 0), axis=rng.normal(size=3) * 10.0 ** rng.uniform(-9, 9))
+    scene.save(tmp_path / "chain.toml")
+    assert elements(ns.Scene.load(tmp_path / "chain.toml")) == elements(scene)
 
 
 def test_a_scene_of_the_plane_with_its_springs_moves_by_the_same_bits(tmp_path):
