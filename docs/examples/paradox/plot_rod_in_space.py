@@ -12,7 +12,7 @@ import numpy as np
 import nonsmooth as ns
 from nonsmooth.catalogue import SpatialPainleveRod
 
-rod = SpatialPainleveRod.slender(mu=2.0)
+rod = SpatialPainleveRod(mu=2.0)
 axes = {"th": np.linspace(0.05, 1.5, 201), "phi": np.linspace(-1.2, 1.2, 201)}
 chart = ns.paradox_map(rod, **axes, psidot=9.0)
 curves = ns.paradox_boundaries(rod, **{name: values[::5] for name, values in axes.items()}, psidot=9.0)
