@@ -33,6 +33,7 @@ _HOME = {
     "HalfPlane": "scenes.shapes",
     "HalfSpace": "scenes.shapes",
     "Compound": "scenes.shapes",
+    "PinFriction": "scenes.joint_friction",
     "SceneSolution": "results.scene_solution",
     "SceneStats": "results.stats",
     "SceneContacts": "results.scene_contacts",

@@ -112,6 +112,7 @@ from nonsmooth.runs.choice import Auto as Auto
 from nonsmooth.runs.simulate import simulate as simulate
 from nonsmooth.scenes.elements import Body as Body
 from nonsmooth.scenes.elements import Joint as Joint
+from nonsmooth.scenes.joint_friction import PinFriction as PinFriction
 from nonsmooth.scenes.materials import Material as Material
 from nonsmooth.scenes.scene import Scene as Scene
 from nonsmooth.scenes.shapes import Box as Box

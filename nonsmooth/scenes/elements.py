@@ -14,6 +14,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_positive
 from nonsmooth.errors import InvalidInput
+from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.joint_kinds import coordinate_rows
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.shapes import Shape
@@ -97,6 +98,8 @@ class Joint:
     limits : dict of str to (float, float)
         Of the "angle" [rad] and the "travel" [m] from the start, where there are some.
     motors : list of Motor
+    friction : PinFriction or None
+        Of a hinge.
     """
 
     name: str
@@ -109,6 +112,7 @@ class Joint:
     axes_b: np.ndarray
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
     motors: list[Motor] = field(default_factory=list)
+    friction: PinFriction | None = None
 
     def motor(self, *, torque: Any = None, force: Any = None, speed: Any = None, limit: float | None = None) -> Motor:
         """Put a motor on the angle or the travel of the joint.

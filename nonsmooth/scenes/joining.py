@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_floats, as_vector
+from nonsmooth.checks.arrays import as_floats, as_instance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.elements import Body, Joint, Kind
+from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.joint_kinds import rows_of
 from nonsmooth.scenes.ranges import require_within
 from nonsmooth.scenes.shapes import PLANAR, is_unit
@@ -62,7 +63,7 @@ class Joining:
 
     def hinge(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike | None = None,
-        limits: ArrayLike | None = None, name: str | None = None,
+        limits: ArrayLike | None = None, friction: PinFriction | None = None, name: str | None = None,
     ) -> Joint:  # fmt: skip
         """Let two bodies turn against one another about an axis alone.
 
@@ -77,6 +78,8 @@ class Joining:
         limits : (float, float), optional
             The least and the largest angle of b against a from the start [rad]; one of them may be infinite. They stop
             the bodies without a rebound.
+        friction : PinFriction, optional
+            In proportion to what the pin bears across its axis.
 
         Returns
         -------
@@ -100,7 +103,7 @@ class Joining:
         >>> round(float(sol["leaf"].spin[-1, 2]), 6)
         1.0
         """
-        return self._join("hinge", a, b, at, name, axis, limits={"angle": limits})
+        return self._join("hinge", a, b, at, name, axis, limits={"angle": limits}, friction=friction)
 
     def slider(
         self, a: Body | str, b: Body | str, *, axis: ArrayLike, at: ArrayLike | None = None,
@@ -208,7 +211,7 @@ class Joining:
 
     def _join(
         self, kind: str, a: Any, b: Any, at: Any, name: Any, axis: Any = None, axis_b: Any = None,
-        limits: dict[str, Any] | None = None,
+        limits: dict[str, Any] | None = None, friction: Any = None,
     ) -> Joint:  # fmt: skip
         """A joint of a kind, checked."""
         name = f"joint {len(self.joints)}" if name is None else name
@@ -231,9 +234,11 @@ class Joining:
         if kind == "universal":
             axes, axes_b = crossed_frames(name, axes[0], as_direction(f"axis_b of {name}", axis_b, self.dim))
         place = require_within(f"at of {name}", place, "m")
+        if friction is not None:
+            as_instance(f"friction of {name}", friction, PinFriction, "ns.PinFriction(mu=0.2, radius=0.01)")
         asked = {along: pair for along, pair in (limits or {}).items() if pair is not None}
         given = {along: as_limits(f"limits of {name}", pair) for along, pair in asked.items()}
-        joint = Joint(name, len(self.joints), first, second, place, kind, axes, axes_b, given)
+        joint = Joint(name, len(self.joints), first, second, place, kind, axes, axes_b, given, [], friction)
         self.joints.append(joint)
         return joint
 

@@ -18,7 +18,8 @@ from __future__ import annotations
 from nonsmooth.jit import kernel, rare_kernel
 
 JOINED = -1.0  # code: in the place of mu: the row block of a joint
-SPRUNG, JOINT_LIMIT, MOTOR = 1, 2, 3  # code: what is no contact: of a spring, of the limit of a joint, of its motor
+# code: what is no contact: of a spring, of the limit of a joint, of its motor, of the friction of its pin
+SPRUNG, JOINT_LIMIT, MOTOR, PIN = 1, 2, 3, 4
 
 
 @kernel

@@ -9,6 +9,9 @@ is friction with a given normal force: its normal row has J = 0, R and b such th
 tangent is the row of the coordinate, its belt runs with the speed f at the end of the step. So what no motor can hold
 turns it back by M, and what it can is held exactly.
 
+The friction of a pin is a brake whose M is r sin(atan mu) |R|, R what the pin bears across its axis: the problem is
+solved again until that is the one which it leads to, as friction laws are (stages.py).
+
 Angles count as ways at the lever of the joint (joint_rows.py). In space an angle is known but for full turns, which are
 counted from step to step. Rows of drives stand between contacts and springs. In an impact motors give no impulse.
 Source: for the motor, Glocker, *Set-Valued Force Laws* (2001), section 5 (force laws of sgn-type).
@@ -16,20 +19,28 @@ Source: for the motor, Glocker, *Set-Valued Force Laws* (2001), section 5 (force
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, sqrt
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import JOINT_LIMIT, MOTOR
+from nonsmooth.contact.network.joint import JOINT_LIMIT, MOTOR, PIN
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.joint_rows import offset_of, row_at, turn_of_side, write_side
+from nonsmooth.integrators.assembly.joint_rows import axis_at, offset_of, row_at, turn_of_side, write_side
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new, view
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_DRIVE, FIRST_SPRING, LAST_FEATURE, NO_SHAPE, Found
-from nonsmooth.scenes.joint_kinds import TURN
+from nonsmooth.scenes.detection import (
+    FEATURE_BITS,
+    FIRST_DRIVE,
+    FIRST_JOINT,
+    FIRST_SPRING,
+    LAST_FEATURE,
+    NO_SHAPE,
+    Found,
+)
+from nonsmooth.scenes.joint_kinds import E_AXIS, TURN
 
-STOPS, SPEED = range(2)  # code: laws of a drive
+STOPS, SPEED, RUBS = range(3)  # code: laws of a drive
 LOWER, UPPER = range(2)  # code: which limit is nearer
 ENDS_OF_STOPS = 2  # defined: of a coordinate
 NO_GAP = 1e30  # code: the gap of the row of a motor [m], which no contact has
@@ -45,6 +56,8 @@ class Drives(Block):
     law: Array[Ints, "n_k"]
     low: Array[Floats, "n_k"]  # s_lo [m]
     high: Array[Floats, "n_k"]  # s_hi [m], or M over the lever [N]
+    arm: Array[Floats, "n_k"]  # of the circle of friction of a pin, over the lever
+    pin: Array[Ints, "n_n"]  # of a step: the first row block of each joint that is awake
     speed: Array[Floats, "n_k"]  # f at the end of the step, times the lever [m/s]
     last: Array[Floats, "n_k"]  # s of the step before [m]
     shape_i: Array[Ints, "n_k"]
@@ -109,7 +122,7 @@ def write_drives(drives_at, bodies_at, found_at, contacts_at, network_at, is_imp
             sign = -1.0 if found.key[c] % ENDS_OF_STOPS == UPPER else 1.0
             write_coordinate(drives, bodies.motion.x, k, c, network, sign)
             contacts.e[c] = 0.0
-            if drives.law[k] == SPEED:
+            if drives.law[k] != STOPS:
                 write_motor(drives, bodies, k, c, network, 0.0 if is_impact == 1 else dt)
                 found.gap[c] = NO_GAP
             elif is_impact == 1:
@@ -121,7 +134,7 @@ def write_drives(drives_at, bodies_at, found_at, contacts_at, network_at, is_imp
 @kernel
 def write_coordinate(drives, x, k, c, network, sign):
     """The row of the coordinate of drive k: the normal of a limit, the tangent of a motor; other rows are unused."""
-    n, to = network.v.shape[1], 1 if drives.law[k] == SPEED else 0
+    n, to = network.v.shape[1], 0 if drives.law[k] == STOPS else 1
     for row in range(network.b.shape[1]):
         network.b[c, row] = network.turn[c, row] = 0.0
         for y in range(n):
@@ -167,9 +180,45 @@ def write_motor(drives, bodies, k, c, network, dt):
     R = 0.0
     for b in (drives.i[k], drives.j[k]):
         R += 1.0 / bodies.mass[b] if bodies.motion.moves[b] == 1 else 0.0
-    network.mu[c], network.soft[c], network.sprung[c] = 1.0, R, MOTOR
+    network.mu[c], network.soft[c], network.sprung[c] = 1.0, R, PIN if drives.law[k] == RUBS else MOTOR
     if dt == 0.0:
         network.b[c, 0] = NO_GAP
     else:
         network.b[c, 0] = -R * drives.high[k] * dt
-        network.b[c, 1] = turn_of_drive(drives, bodies, k) - drives.speed[k]
+        network.turn[c, 1] = turn_of_drive(drives, bodies, k)
+        network.b[c, 1] = network.turn[c, 1] - drives.speed[k]
+
+
+@kernel("int64(int64, int64, int64, int64, float64, float64)")
+def rub_pins(drives_at, bodies_at, found_at, network_at, dt, tol):
+    """Take the friction of pins at what they bear in a solution; whether that of one changed by more than a part."""
+    drives, bodies = view(drives_at, Drives), view(bodies_at, Bodies)
+    found, network = view(found_at, Found), view(network_at, Network)
+    has_changed = 0
+    for c in range(network.n_c - 1, -1, -1):
+        key = found.key[c]
+        if key >= FIRST_JOINT:
+            drives.pin[(key >> FEATURE_BITS) & NO_SHAPE] = c
+        elif FIRST_DRIVE <= key < FIRST_SPRING and network.sprung[c] == PIN:
+            k = drive_of(drives, key)
+            force = drives.arm[k] * borne_by_pin(drives, bodies.motion.x, k, network) / dt
+            if abs(force - drives.high[k]) > tol * max(force, drives.high[k]):
+                has_changed = 1
+            drives.high[k] = force
+            network.b[c, 0] = -network.soft[c] * force * dt
+    return has_changed
+
+
+@kernel
+def borne_by_pin(drives, x, k, network):
+    """The size of the impulse of the joint of drive k across its axis; the rows of its point are those of the world."""
+    c, d = drives.pin[drives.of[k]], network.b.shape[1]
+    if d == 2:
+        return sqrt(network.P[c, 0] * network.P[c, 0] + network.P[c, 1] * network.P[c, 1])
+    e = axis_at(x, drives.i[k], drives.axes_i, k, E_AXIS)
+    along = e[0] * network.P[c, 0] + e[1] * network.P[c, 1] + e[2] * network.P[c, 2]
+    square = 0.0
+    for a in range(3):
+        across = network.P[c, a] - along * e[a]
+        square += across * across
+    return sqrt(square)

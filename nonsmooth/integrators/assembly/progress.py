@@ -130,6 +130,7 @@ class Progress(Block):
     has_restitution: int
     has_impact_law: int  # whether impacts follow another law than Newton's
     has_laws: int  # whether friction varies with the slip
+    has_pins: int  # whether joints have friction
     speeds: int  # times that the coefficients of the step were taken at other velocities
     has_faces: int  # whether several shapes have plane faces, which may hide one another
     is_resting: int  # whether the last step changed nothing: the next one of its length would be the same

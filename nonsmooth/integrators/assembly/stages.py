@@ -25,7 +25,7 @@ from nonsmooth.integrators.assembly.divided import (
 )
 from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
-from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, write_drives
+from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, rub_pins, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -155,7 +155,7 @@ def take_part(progress, d):
                 progress.is_examined = 1
                 return DOUBTFUL
         end = solve(progress, places, network, d)
-        if end == DONE and progress.has_laws == 1:
+        if end == DONE and (progress.has_laws == 1 or progress.has_pins == 1):
             end = find_speeds(progress, places, network, d)
         if end != DONE:
             return end
@@ -346,12 +346,16 @@ def solve(progress, places, network, d):
 
 @kernel
 def find_speeds(progress, places, network, d):
-    """Solve again until friction is that of the velocities which it leads to."""
+    """Solve again until friction is that of the velocities, and in joints of the load, which it leads to."""
     end, tol = DONE, view(places.solver, Solver).tol
     while end == DONE:
-        change = update_friction(
-            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, tol
-        )
+        change = UNCHANGED
+        if progress.has_laws == 1:
+            change = update_friction(
+                places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, tol
+            )
+        if change >= 0 and progress.has_pins == 1:
+            change |= rub_pins(places.drives, places.bodies, places.found, places.network, progress.dt, tol)
         if change < 0:
             progress.wanted, progress.stage = -1 - change, FIND
             return NO_FRICTION

@@ -20,7 +20,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_co
 from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, with_parts
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
-from nonsmooth.integrators.assembly.drive_rows import Drives, write_drives
+from nonsmooth.integrators.assembly.drive_rows import RUBS, Drives, rub_pins, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -199,6 +199,7 @@ class Assembly(InMotion):
         rare += OF_PARTS if may_divide else ()
         rare += (write_springs,) if springs.count else ()
         rare += (write_drives,) if drives.count else ()
+        rare += (rub_pins,) if (drives.law == RUBS).any() else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -211,6 +212,7 @@ class Assembly(InMotion):
         progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
         progress.has_impact_law = has_restitution and surfaces.impact != ImpactLaw.NEWTON
         progress.may_divide, progress.theta = may_divide, theta
+        progress.has_pins = bool((drives.law == RUBS).any())
         bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
         progress.tight = TIGHT * self.smallest if len(bounded) else 0.0

@@ -11,7 +11,7 @@ from nonsmooth.checks.parameters import layout_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
-from nonsmooth.integrators.assembly.drive_rows import SPEED, STOPS, Drives
+from nonsmooth.integrators.assembly.drive_rows import RUBS, SPEED, STOPS, Drives
 from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.integrators.assembly.spring_rows import ALONG, TORSION, Springs, line_of
 from nonsmooth.jit import interpreted, unpack_of
@@ -32,6 +32,7 @@ from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.elements import Body, Joint, Kind, Motor, Spring
 from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.joint_kinds import Rows, blocks_of, coordinate_rows, rows_of
 from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
@@ -168,16 +169,18 @@ class World:
         drives.of[:] = [joint.index for joint, *_ in listed]
         drives.begin[:] = np.searchsorted(drives.of, np.arange(len(self.scene.joints)))
         self.speeds: list[tuple[int, float, Joint, Motor]] = []
-        for k, (joint, along, (low, high), motor) in enumerate(listed):
+        for k, (joint, along, (low, high), what) in enumerate(listed):
             row = coordinate_rows(joint.kind, d)[along]
             self._frame(drives, k, joint, (row,))
             scale = drives.lever[k] if along == "angle" else 1.0
-            if motor is None:
+            if isinstance(what, PinFriction):
+                drives.law[k], drives.arm[k] = RUBS, what.arm / scale
+            elif what is None:
                 drives.law[k], drives.low[k], drives.high[k] = STOPS, low * scale, high * scale
             else:
                 drives.law[k], drives.high[k] = SPEED, high / scale
-                self.speeds.append((k, float(scale), joint, motor))
-                drives.speed[k] = 0.0 if callable(motor.speed) else scale * float(motor.speed or 0.0)
+                self.speeds.append((k, float(scale), joint, what))
+                drives.speed[k] = 0.0 if callable(what.speed) else scale * float(what.speed or 0.0)
         return drives
 
     def _frame(self, block: Joints | Drives, k: int, joint: Joint, rows: Rows) -> None:
@@ -338,11 +341,12 @@ def law_of_impacts(pairs: list[tuple[Material, Material, float]]) -> ImpactLaw:
     return IMPACT_LAWS[law]
 
 
-def drives_of_joint(joint: Joint) -> list[tuple[str, tuple[float, float], Motor | None]]:
-    """The coordinates of the limits and motors of a joint, their bounds, and the motor."""
+def drives_of_joint(joint: Joint) -> list[tuple[str, tuple[float, float], Motor | PinFriction | None]]:
+    """The coordinates of the limits, motors and friction of a joint, their bounds, and what they are of."""
     stops = [(along, pair, None) for along, pair in joint.limits.items() if not np.isinf(pair).all()]
     motors = [(motor.along, (0.0, motor.limit), motor) for motor in joint.motors if motor.speed is not None]
-    return [*stops, *motors]
+    rubs = [] if joint.friction is None else [("angle", (0.0, 0.0), joint.friction)]
+    return [*stops, *motors, *rubs]
 
 
 def looped_joints(listed: list[Joint]) -> set[int]:
