@@ -1,6 +1,8 @@
 """``nonsmooth new``: what it writes runs as it is, draws, and does what it says of itself."""
 
+import json
 import re
+import tomllib
 
 import numpy as np
 import pytest
@@ -34,6 +36,25 @@ def test_the_file_runs_as_it_is_and_every_command_that_it_names_does(kind, folde
     assert main(["list", f"my_{kind}.py:{name}"]) == 0
 
 
+def test_a_scene_in_toml_runs_as_it_is_and_fits_the_schema_beside_it(folder, capsys):
+    """It is the scene of the Python file, to rounding."""
+    jsonschema = pytest.importorskip("jsonschema")
+    assert main(["new", "ramp.toml"]) == main(["new", "ramp.py", "--of", "scene"]) == 0
+    assert "    nonsmooth run ramp.toml --view" in capsys.readouterr().out
+    text = (folder / "ramp.toml").read_text()
+    commands = re.findall(r"^#     nonsmooth (\w+ ramp\.toml.*?)(?:   .*)?$", text, re.MULTILINE)
+    assert len(commands) == 2
+    for words in commands:
+        assert main([*words.split(), "--quiet"]) == 0, words
+    scene, twin = ns.Scene.load("ramp.toml"), load_file("ramp.py").scene
+    assert [body.name for body in scene] == [body.name for body in twin]
+    for body, other in zip(scene, twin, strict=True):
+        np.testing.assert_allclose([*body.position, body.turn], [*other.position, other.turn], rtol=1e-14)
+    schema = json.loads((folder / "scene.schema.json").read_text())
+    jsonschema.validate(tomllib.loads(text), schema)
+    assert main(["new", "model.toml", "--of", "energies"]) == 2
+
+
 def test_the_block_sticks_to_its_belt(folder):
     """One that sticks moves as the belt does, to rounding."""
     assert main(["new", "belt.py"]) == 0
@@ -44,7 +65,7 @@ def test_the_block_sticks_to_its_belt(folder):
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    ("there.py", "there is a file there.py already"), ("model.txt", "must end in one of .py"),
+    ("there.py", "there is a file there.py already"), ("model.txt", "must end in one of .py, .toml"),
     ("nowhere/model.py", "there is no folder 'nowhere'"), ("model.py --of energy", "did you mean 'energies'?"),
 ])  # fmt: skip
 def test_nothing_is_overwritten_and_refusals_are_one_line(words, said, folder, capsys):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.catalogue.entries import load_entry, scene_entries
 from nonsmooth.commands.cli import main
+from nonsmooth.scenes.file_schema import schema
 from nonsmooth.scenes.formulas import value_of
 from nonsmooth.scenes.given import as_scene
 
@@ -238,6 +240,22 @@ def test_a_bad_entry_has_one_sentence_with_its_file_table_and_line(more, tmp_pat
     with pytest.raises(ns.InvalidInput, match=BAD[more]) as refusal:
         ns.Scene.load(written(tmp_path, TOWER + "\n" + more + "\n"))
     assert str(refusal.value).startswith(str(tmp_path / "tower.toml")) and "\n" not in str(refusal.value)
+
+
+NAMES_THAT_ARE_NONE = [more for more in BAD if any(word in more for word in ("colour", '"bodi"', "Disk", "[bodis]"))]
+
+
+@pytest.mark.parametrize("more", NAMES_THAT_ARE_NONE)
+def test_the_schema_marks_names_that_are_none(more):
+    jsonschema = pytest.importorskip("jsonschema")
+    assert not jsonschema.Draft202012Validator(schema()).is_valid(tomllib.loads(TOWER + "\n" + more))
+
+
+def test_the_schema_takes_what_is_read(tmp_path):
+    jsonschema = pytest.importorskip("jsonschema")
+    machine().save(tmp_path / "machine.toml")
+    for text in (TOWER, (tmp_path / "machine.toml").read_text()):
+        jsonschema.validate(tomllib.loads(text), schema())
 
 
 def test_what_is_no_file_or_no_value_of_it_is_refused(tmp_path):
