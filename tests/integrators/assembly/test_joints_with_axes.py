@@ -243,6 +243,43 @@ def test_bricards_linkage_moves_although_its_rows_say_one_thing_twice_and_keeps_
     assert swings[1] < 0.3 * swings[0] and swings[1] < 2e-5
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_windows_of_four_bars_go_through_their_flat_position_where_their_rows_are_dependent(dim):
+    """Two windows of rods of 1 m and 1 kg, upright, pushed at 1 m/s (IFToMM A02): one angle from upright for all."""
+
+    def point(x, y):
+        return (x, y) if dim == 2 else (x, y, 0.0)
+
+    def rod(scene, name, place, velocity, spin):  # small, so that no rod touches another where all lie flat
+        inertia, spin = (1 / 12, spin) if dim == 2 else ((1 / 12,) * 3, (0, 0, spin))
+        shape = ns.Disc(0.05) if dim == 2 else ns.Sphere(0.05)
+        scene.body(shape, mass=1.0, inertia=inertia, position=place, velocity=velocity, spin=spin, name=name)
+
+    axis = {} if dim == 2 else {"axis": (0, 0, 1)}
+    upright, flat = 3 * 1 / 3 + 2 * 1.0, 3 * 0.5 + 2 * 1.0  # inertia [kg m^2] and arm [kg m] of all
+    exact = solve_ivp(
+        lambda t, y: [y[1], flat * G * math.sin(y[0]) / upright], (0, 2.5), [0, 1.0], rtol=1e-11, atol=1e-12
+    ).y[:, -1]  # fmt: skip
+    assert exact[0] > 1.5 * math.pi  # twice through the flat position
+    errors = []
+    for dt in DTS:
+        scene = ns.Scene(gravity=point(0, -G))
+        scene.fixed(ns.Disc(0.01) if dim == 2 else ns.Sphere(0.01), name="ground")
+        for k in range(3):
+            rod(scene, f"crank {k}", point(k, 0.5), point(0.5, 0), -1.0)
+            scene.hinge("ground", f"crank {k}", at=point(k, 0), name=f"low {k}", **axis)
+        for k in range(2):
+            rod(scene, f"coupler {k}", point(k + 0.5, 1), point(1.0, 0), 0.0)
+            for side in range(2):
+                scene.hinge(f"crank {k + side}", f"coupler {k}", at=point(k + side, 1), **axis)
+        sol = run(scene, 2.5, dt)
+        did = sol.joint("low 1")
+        errors.append(max(abs(-did.angle[-1] - exact[0]), abs(-did.angle_rate[-1] - exact[1])))
+        E = sol.ledger["kinetic"] + sol.ledger["potential"]
+        assert sol.stats.missed == 0 and np.abs(E - E[0]).max() < 2e-3 * (dt / 1e-3) ** 2
+    assert errors[-1] < 1e-3 and math.log2(errors[0] / errors[1]) > 1.8
+
+
 def test_a_chain_of_hinges_hangs_still_and_a_fixed_one_carries_its_moment():
     scene, dt = ns.Scene(gravity=(0, 0, -G)), 2e-3
     scene.fixed(ns.Sphere(0.01), name="0")
