@@ -84,3 +84,31 @@ def test_other_laws_than_newtons_need_a_single_contact_and_a_known_name():
         replace(system, contacts=[ns.Contact(mu=0.1, impact="poisson"), ns.Contact(mu=0.1)])
     with pytest.raises(ns.UnknownName, match="no impact law 'possion'"):
         ns.Contact(impact="possion")
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
+def test_steps_of_blows_have_the_weight_and_the_gap_of_the_others(law):
+    """A particle that falls on a rough floor: it slides through each blow, so all laws give back e, and comes to rest
+    as deep as Newton's law leaves it, by a part of the way in a step. Without the weight of the steps of blows it sank
+    by g dt in each."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = M[1, 1] = 1.0
+
+    def force(t, q, u, p, h):
+        h[1] = -9.81
+
+    def gap(t, q, p, g):
+        g[0] = q[1]
+
+    def tangent(t, q, p, W):
+        W[0, 0, 0] = 1.0
+
+    floor = ns.Contact(e_N=0.5, mu=0.3, impact=law)
+    ball = ns.System(n_q=2, mass=mass, force=force, gap=gap, tangent=tangent, contacts=[floor])
+    dt = 1e-3
+    sol = ns.simulate(ball, (0, 1.5), [0, 0.5], [5.0, 0], integrator=ns.MoreauJean(dt=dt))
+    ways = np.sqrt(2 * 9.81 * 0.5) * dt  # the way in a step before the first blow
+    assert -ways < sol.q[:, 1].min() < 0.0 and abs(sol.q[-1, 1]) < 1e-2 * ways
+    total = sol.ledger["normal"][-1] + sol.ledger["friction"][-1]
+    assert 0.5 * (sol.u[-1] @ sol.u[-1]) - 12.5 - total - sol.ledger["force"][-1] == pytest.approx(0.0, abs=1e-10)

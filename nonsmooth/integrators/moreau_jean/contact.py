@@ -13,10 +13,7 @@ from nonsmooth.contact.planar.impacts import add_shock, go_on_from_shock, has_sh
 from nonsmooth.contact.planar.ladder import Route, solve_planar
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.single import (
-    BORDER_WIDTH,
     FREE,
-    SLIDE_MINUS,
-    SLIDE_PLUS,
     STICK,
     count,
     solve_alone,
@@ -89,12 +86,15 @@ def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
     state.counters.solved += 1
     fill_problem(sys, n_k, selection, state.mode, state.slip, work)
     if n_k == 1:
+        is_struck = work.gamma_0[0] < 0.0 and strike_alone(sys, work)
         found = solve_one(state, work)
-        if found == 0:
+        if is_struck:
+            if found == 0:
+                work.P[0], work.P[1], work.candidate[0], found = 0.0, 0.0, FREE, 1
+            add_shock(1, work)
+        elif found == 0:
             state.counters.failed_contact = work.closed[0]
             return Status.NO_SOLUTION
-        if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], sys.kinds, sys.laws):
-            follow_impact_law(sys, scratch)
         state.counters.solutions = found
         return Status.RUNNING
     recall_impulses(state.P, work)
@@ -198,16 +198,19 @@ def solve_one(state, work):
 
 
 @kernel
-def follow_impact_law(sys, scratch):
-    """Replace the impulses of the single closed contact, which collides, by those of its law, and its mode."""
-    work = scratch.work
-    G, P, gamma_0 = work.G, work.P, work.gamma_0
-    if impulses_by_law(sys.laws, work.closed[0], gamma_0, G, P):
-        gamma_F = gamma_0[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
-        if abs(gamma_F) <= BORDER_WIDTH * abs(gamma_0[1]):
-            work.candidate[0] = STICK
-        else:
-            work.candidate[0] = SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
+def strike_alone(sys, work):
+    """Find the impulses of an impact of the single closed contact by its own law, to work.shock, and take it into
+    work.c; False where it has none, or its compression never ends. A step from there without a solution, which a slide
+    that goes on has, is that of the impact alone."""
+    i = work.closed[0]
+    if not follows_own_law(i, sys.kinds, sys.laws):
+        return False
+    for a in range(2):
+        work.c_kept[a] = work.c[a]
+    if not impulses_by_law(sys.laws, i, work.gamma_0, work.G, work.shock):
+        return False
+    go_on_from_shock(sys, 1, work)
+    return True
 
 
 @kernel
