@@ -1,12 +1,19 @@
 """Limits and motors of joints, and what `sol.joint` says, against closed forms, statics and another integrator."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import nonsmooth as ns
+from nonsmooth.integrators.assembly.progress import DONE, NOT_MET
+from nonsmooth.integrators.assembly.stages import take_steps
+from nonsmooth.integrators.assembly.step import PLACES
+from nonsmooth.jit import interpreted
+from nonsmooth.runs.recorder import SceneRecorder
+from nonsmooth.runs.scene_run import SceneRun
 
 G = 9.81
 DTS = (4e-3, 2e-3)
@@ -413,3 +420,30 @@ def test_friction_of_a_pin_that_is_none_is_refused():
     scene.body(ns.Disc(0.1), mass=1.0, name="b")
     with pytest.raises(ns.InvalidInput, match="friction of h must be ns.PinFriction"):
         scene.hinge("a", "b", at=(0, 0), friction=0.3, name="h")
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_interpreter_drives_joints_with_the_bits_of_compiled_code(dim):
+    def begun():
+        scene, hinge = bar(dim, (-0.01, 0.7), rate=-4.0)
+        hinge.motor(speed=1.0, limit=0.5 * WEIGHT)
+        scene.body(ball(dim, 0.1), mass=0.5, position=point(dim, 1.2, 0), velocity=point(dim, 0, -4.8), name="bob")
+        scene.slider("bar", "bob", axis=point(dim, 1, 0), at=point(dim, 1.2, 0), limits=(-0.1, 0.2))
+        scene.body(ball(dim, 0.1), mass=0.5, position=point(dim, 0, -0.5), name="wheel")
+        axis = {} if dim == 2 else {"axis": (0, 1, 0)}
+        scene.hinge("hook", "wheel", at=point(dim, 0.01, -0.5), friction=ns.PinFriction(0.3, 0.02), **axis)
+        return SceneRun(scene, (0, 6 * 2e-3), ns.MoreauJean(dt=2e-3), 1, None, SceneRecorder(("pairs",))).assembly
+
+    one, other = begun(), begun()
+    one.take_steps(2e-3, 6)
+    fields = {name: getattr(other.progress, name) for name in type(other.progress)._fields()}
+    fields |= {name: getattr(one.progress, name) for name in ("whole", "margin", "widest")}
+    blocks = {name: getattr(other, name) for name in PLACES}
+    fields["places"] = SimpleNamespace(motion=other.bodies.motion, **blocks)
+    progress = SimpleNamespace(**fields)
+    while (end := interpreted(take_steps)(progress, 6 - int(progress.counts.steps), dim)) == NOT_MET:
+        other.rescue()
+    assert end == DONE and (one.reactions.torque != 0.0).any() and (one.drives.high > 0.0).all()
+    for name in ("bodies", "contacts", "ledger", "pairs", "reactions", "drives"):
+        found, expected = (getattr(run, name).words.view(np.int64) for run in (other, one))
+        np.testing.assert_array_equal(found, expected)
