@@ -439,6 +439,7 @@ ROWS = [
     ("paradox_map", {"th": [nan, 1.0]}, r"th must be finite; th\[0\] is nan"),
     ("paradox_map", {"tht": 1.0}, r"no variable or parameter 'tht'; did you mean 'th'"),
     ("paradox_map", {"state": 1.0}, r"state must be .*, or a function of the variables that returns \(q, u\); got 1.0"),
+    ("paradox_map", {"p": [1.0, 2.0]}, "p is a result of a map, and no name of an axis; give the parameter another"),
     ("paradox_map", {"kept": 0}, r"kept must be a whole number of at least 1; got 0"),
     ("paradox_boundaries", {"mu": 0.5}, r"boundaries need two axes, each of increasing values; got th"),
     ("paradox_boundaries", {"contact": 1}, r"contact must be a whole number from 0 to 0; got 1"),

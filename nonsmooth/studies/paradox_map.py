@@ -98,6 +98,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int 
     grid, fixed = split_axes(axes)
     if not grid:
         raise InvalidInput("a map needs at least one axis, as in th=np.linspace(0, 1, 100); for one state, classify")
+    if taken := [name for name in grid if name in WHOLE_NUMBERS]:
+        raise InvalidInput(f"{taken[0]} is a result of a map, and no name of an axis; give the parameter another name")
     shape = tuple(len(values) for values in grid.values())
     if not 0 < np.prod(shape, dtype=float) <= MOST_MAP_POINTS:
         raise InvalidInput(f"a map has 1 to {MOST_MAP_POINTS} points; got {shape}")
