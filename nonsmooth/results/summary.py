@@ -51,7 +51,7 @@ def summary(solution: Solution) -> str:
     return "\n".join(lines + ([f"not recorded: {', '.join(left_out)}"] if left_out else []))
 
 
-def _chosen(solution: Solution) -> list[str]:
+def _chosen(solution: Solution | SceneSolution) -> list[str]:
     """Which integrator was chosen, and why; and what ran in the interpreter."""
     about = solution.about
     chosen = [f"{about['integrator']}, because {about['chosen']}"] if "chosen" in about else []
@@ -205,7 +205,7 @@ def scene_summary(solution: SceneSolution) -> str:
     return "\n".join(
         [
             f"{solution.about['scene']}: {solution.message} (t = {solution.t[-1]:.9g} s)",
-            *_chosen(solution.about),
+            *_chosen(solution),
             f"contacts at the end: {stats.contacts}{_modes_in_scene(solution)} in {stats.islands} islands; "
             f"most {stats.most_contacts}",
             f"worst residual {stats.worst_residual:.1e}{worst_place(stats)}, of the last step "
@@ -223,13 +223,6 @@ def scene_summary(solution: SceneSolution) -> str:
             f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
         ]
     )
-
-
-def _chosen(about: dict[str, Any]) -> list[str]:
-    """The integrator that was chosen, or how it goes, and why."""
-    if "chosen" not in about:
-        return []
-    return [f"{about['integrator']}, by steps of the scene, because {about['chosen']}"]
 
 
 def _lengths(stats: SceneStats) -> str:

@@ -235,5 +235,5 @@ def test_a_scene_of_few_contacts_is_taken_as_its_system():
     by_steps = ns.simulate(scene, (0, 0.2), integrator=ns.Adaptive())
     assert by_steps.stats.lengths is not None and "force" in by_steps.about["chosen"]
     said = by_steps.summary().splitlines()
-    assert said[1].startswith("Adaptive(rtol=1e-08, atol=1e-10), by steps of the scene, because a system of a scene")
+    assert said[1].startswith("Adaptive(rtol=1e-08, atol=1e-10), because a system of a scene")
     assert any("steps of" in line and "in vain" in line for line in said)
