@@ -94,6 +94,9 @@ def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
     ):  # fmt: skip
         if names:
             yield f"Penalty takes gravity and contacts alone, and the scene has {what}, {names[0]}; take MoreauJean(dt)"
+    if run.scene.ignored:
+        first, second = run.scene.ignored[0]
+        yield f"all bodies touch in Penalty, and the scene has {first.name} ignore {second.name}; take MoreauJean(dt)"
     if threads > 1:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "

@@ -75,7 +75,7 @@ def choice_of_scene(choice: Auto, scene: Scene, t_span: tuple[float, float]) -> 
 def few_contacts(scene: Scene, method: str, t_0: float) -> System:
     """The system of a scene, or `InvalidInput` where it has too many contacts for a method."""
     moving = len(moving_of(scene))
-    pairs = moving * (len(scene) - moving) + moving * (moving - 1) // 2 - len(scene.joints)
+    pairs = moving * (len(scene) - moving) + moving * (moving - 1) // 2 - len(scene.apart())
     system = system_of(scene, None, t_0) if pairs <= MOST_WITHOUT_FRICTION else None  # each pair has a contact
     rubbing = 0 if system is None else int((system.kinds[:, 1] > 0).sum())
     if system is None or system.n_c > MOST_WITHOUT_FRICTION or rubbing > MOST_RUBBING:

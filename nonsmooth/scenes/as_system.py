@@ -48,7 +48,9 @@ class _Asked:
         self.scene, self.pairs, self.t_0 = scene, pairs, t_0
         of_pairs = tuple((tuple(sorted(names)), given) for names, given in scene.pairs.items())
         own = np.asarray(scene.gravity), scene.name, scene.t_end, scene.dt
-        self.content = content_of((tuple(scene.bodies), tuple(scene.joints), of_pairs, own, pairs, t_0))
+        self.content = content_of(
+            (tuple(scene.bodies), tuple(scene.joints), tuple(scene.ignored), of_pairs, own, pairs, t_0)
+        )
 
     def __hash__(self) -> int:
         return hash(self.content)
@@ -150,11 +152,11 @@ def _require_plain(scene: Scene) -> None:
 
 
 def _pairs_of(scene: Scene, pairs: Any) -> list[tuple[Body, Body]]:
-    """The pairs of bodies that may touch, one of them dynamic: those that were named, or all but those of a joint."""
+    """The pairs of bodies that may touch, one of them dynamic: those that were named, or all but ``scene.apart()``."""
     if pairs is None:
-        joined = {frozenset((joint.a.name, joint.b.name)) for joint in scene.joints}
+        apart = {frozenset((a.name, b.name)) for a, b in scene.apart()}
         every = (pair for pair in combinations(scene.bodies, 2) if _has_dynamic(pair))
-        return [(a, b) for a, b in every if frozenset((a.name, b.name)) not in joined]
+        return [(a, b) for a, b in every if frozenset((a.name, b.name)) not in apart]
     named = [_named_pair(scene, pair) for pair in as_listed("pairs", pairs, "a list of pairs of names of bodies")]
     met = {frozenset((a.name, b.name)) for a, b in named}
     if len(met) < len(named):

@@ -17,6 +17,7 @@ from nonsmooth.scenes.scene_files import BUILT, KINDS, LAWS, SHAPES, TEXTS
 Schema = dict[str, Any]
 
 NUMBER: Schema = {"type": ["number", "string"], "description": "a number, or a text that is a formula"}
+NAMES: Schema = {"type": "array", "items": {"type": "string"}}
 COUNTS: Schema = {"type": "object", "additionalProperties": NUMBER, "description": 'k = "n": for k = 0, ..., n - 1'}
 ANY_NUMBERS: Schema = {"type": ["number", "string", "array"], "description": "numbers, or texts that are formulas"}
 
@@ -24,6 +25,7 @@ ANY_NUMBERS: Schema = {"type": ["number", "string", "array"], "description": "nu
 def schema() -> Schema:
     """The schema of scene files."""
     lists = {name: {"type": "array", "items": _of_list(name, methods)} for name, methods in KINDS.items()}
+    lists["ignored"]["items"] = {**_closed({"bodies": NAMES, "repeat": COUNTS}), "required": ["bodies"]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "A scene of nonsmooth",

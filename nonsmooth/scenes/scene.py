@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,7 @@ class Scene(Joining):
         self.joints: list[Joint] = []
         self.forces: list[Force] = []
         self.springs: list[Spring] = []
+        self.ignored: list[tuple[Body, Body]] = []
         self.pairs: dict[frozenset[str], tuple[float | FrictionLaw | None, float | None]] = {}
         self._names: dict[str, int] = {}
 
@@ -324,6 +326,41 @@ class Scene(Joining):
         spring = Spring(name, first, second, ends[0], ends[1], k, c, length, is_torsion)
         self.springs.append(spring)
         return spring
+
+    def ignore(self, *bodies: Body | str) -> None:
+        """Let bodies pass through one another, each through each of the others; those that a joint holds do so anyway.
+
+        Parameters
+        ----------
+        *bodies : Body or str
+            Two or more of this scene, or their names.
+
+        Raises
+        ------
+        InvalidInput
+            For fewer than two, for one that is not there, and for one that is named twice.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -9.81))
+        >>> ground = scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+        >>> ghost = scene.body(ns.Disc(0.1), mass=1.0, position=(0, 0.1), name="ghost")
+        >>> scene.ignore("ground", "ghost")
+        >>> ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=0.01))["ghost"].position[-1].round(3).tolist()
+        [0.0, -4.805]
+        """
+        own = [self._own("ignore", body, "ignores") for body in bodies]
+        if len(own) < 2 or len({body.name for body in own}) < len(own):
+            raise InvalidInput(
+                f"ignore takes two or more bodies, each once; got {', '.join(body.name for body in own) or 'none'}"
+            )
+        known = self.apart()
+        self.ignored += [pair for pair in combinations(own, 2) if frozenset(pair) not in known]
+
+    def apart(self) -> set[frozenset[Body]]:
+        """The pairs of bodies that pass through one another."""
+        return {frozenset((joint.a, joint.b)) for joint in self.joints} | {frozenset(pair) for pair in self.ignored}
 
     def pair(
         self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None

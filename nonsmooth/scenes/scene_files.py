@@ -7,6 +7,7 @@
     [[bodies]]                      kind = "body", "fixed" or "kinematic"; shape = {Box = [0.2, 0.1]}
     [[joints]]                      kind = "joint", "hinge", ...
     [[springs]]  [[forces]]         kind = "spring" or "torsion_spring"; Scene.force(...)
+    [[ignored]]                     bodies = ["a", "b"]: Scene.ignore(...)
 
 A text is a formula (formulas.py) but where names belong; a table with repeat = {k = "n"} stands for k = 0, ..., n - 1,
 and "{k}" in its names for the number. What a file says is checked where the methods check it, and refused with the
@@ -41,11 +42,11 @@ from nonsmooth.scenes.shapes import SPATIAL, Shape
 ENDING = ".toml"
 KINDS = {  # the methods of Scene that the tables of a list call; the first one where a table names none
     "bodies": ("body", "fixed", "kinematic"), "joints": tuple(JOINT_KINDS), "springs": ("spring", "torsion_spring"),
-    "forces": ("force",), "pairs": ("pair",),
+    "forces": ("force",), "pairs": ("pair",), "ignored": ("ignore",),
 }  # fmt: skip
 ORDER = ("materials", *KINDS)
 OF_SCENE = ("name", "gravity", "material", "t_end", "dt")
-TEXTS = ("name", "kind", "material", "a", "b", "body", "impact")  # keys whose texts are names
+TEXTS = ("name", "kind", "material", "a", "b", "body", "bodies", "impact")  # keys whose texts are names
 SHAPES = {cls.__name__: cls for cls in vars(shapes).values() if isinstance(cls, type) and issubclass(cls, Shape)}
 LAWS = {cls.__name__: cls for cls in vars(laws).values() if isinstance(cls, type) and issubclass(cls, FrictionLaw)}
 BUILT = SHAPES | LAWS  # what {Name = arguments} makes
@@ -160,6 +161,9 @@ def _add(scene: Scene, name: str, table: Table, numbers: dict[str, float], mater
         made = _call(Material, table, numbers, {})
         materials[made.name] = made
         return
+    if name == "ignored":
+        _call(lambda bodies: scene.ignore(*bodies), table, numbers, materials)
+        return
     entries = dict(table.entries)
     methods = KINDS[name]
     kind = entries.pop("kind", methods[0])
@@ -254,6 +258,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     for names, (mu, e) in scene.pairs.items():
         a, b = (*names, *names)[:2]
         blocks.append(f"[[pairs]]\n{_lines({'a': a, 'b': b, 'mu': mu, 'e': e})}")
+    blocks += [f"[[ignored]]\n{_lines({'bodies': [a.name, b.name]})}" for a, b in scene.ignored]
     with whole_file(place) as part:
         part.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
 

@@ -90,7 +90,8 @@ def elements(scene):
     forces = [{"body": force.body.name, "value": force.value, "at": force.at} for force in scene.forces]
     pairs = sorted((sorted(names), *values) for names, values in scene.pairs.items())
     facts = [scene.name, scene.gravity, scene.t_end, scene.dt, scene.material]
-    return json.dumps(as_said([*facts, scene.bodies, joints, springs, forces, pairs]))
+    ignored = sorted(sorted((a.name, b.name)) for a, b in scene.ignored)
+    return json.dumps(as_said([*facts, scene.bodies, joints, springs, forces, pairs, ignored]))
 
 
 @pytest.mark.parametrize("name", list(scene_entries()))
@@ -134,6 +135,7 @@ def machine():
     scene.spring("body 2", "body 5", at_a=(2, 0, 0), stiffness=10.0, damping=0.5)
     scene.spring("body 2", "body 4", stiffness=10.0, length=0.5, name="coil")
     scene.force("body 3", (1.0, 2.0, 1 / 3), at=(3, 0, 0))
+    scene.ignore("body 0", "table", "body 3")
     scene.pair("steel", "rubber", mu=0.7)
     scene.pair("steel", "steel", e=0.1)
     return scene

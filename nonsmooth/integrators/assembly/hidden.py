@@ -59,7 +59,7 @@ class Links(Block):
     shape_j: Array[Ints, "m"]
     following: Array[Ints, "m", "2"]  # the next pair of the body of shape i, and of shape j
     first: Array[Ints, "n_b"]  # of a body
-    joined: Array[Ints, "n_b"]  # whether it has a joint: what joints hold together may overlap, and hides nothing
+    joined: Array[Ints, "n_b"]  # whether it passes through another one: such may overlap, and hide nothing
     near: Array[Ints, "m"]  # shapes that a point of a contact is in
     hidden: Array[Ints, "m"]  # of a contact: whether it cannot act
 
@@ -72,7 +72,7 @@ def leave_out_hidden(shapes_at, motion_at, joints_at, links_at, found_at, n):
     links, found, joints = view(links_at, Links), view(found_at, Found), view(joints_at, Joints)
     link(shapes, motion, found, links, n)
     for b in range(links.joined.shape[0]):
-        links.joined[b] = 1 if joints.count > 0 and joints.first[b] < joints.first[b + 1] else 0
+        links.joined[b] = 1 if joints.apart > 0 and joints.first[b] < joints.first[b + 1] else 0
     for c in range(n):
         links.hidden[c] = 1 if is_hidden(shapes, motion, links, found, c) else 0
     left = 0

@@ -9,8 +9,8 @@ P.(v_0 + v_1)/2 is no work to second order: J_mid v_1 = 0 alone would brake a pe
 second. What the points part in spite of that, dt^3 a step, is a drift that project.py takes back.
 
 Joints are rows behind the contacts of a step, with keys above all of theirs, so that they go on with their impulses
-(contacts.py), sleep and wake (sleep.py) as contacts do. Contacts of two bodies that a joint holds are left out. Rows of
-joints with axes are in joint_rows.py; d of them are a block.
+(contacts.py), sleep and wake (sleep.py) as contacts do. Bodies that a joint holds pass through one another, as do those
+that ignore one another. Rows of joints with axes are in joint_rows.py; d of them are a block.
 **Loops.** Rows of a loop may say one thing twice, as one of thirty does in Bricard's linkage. Where bodies are off by
 O(dt^2), as in the middle of a step, they contradict each other: impulses that no body would feel grow until they resist
 the motion. Joints in loops are therefore soft, gamma + R P = 0, by a hundred thousandth; what no body feels is small.
@@ -52,9 +52,10 @@ LOOP_SOFTNESS = 1e-5
 
 
 class Joints(Block):
-    """n_j blocks of rows, of n_n joints."""
+    """n_j blocks of rows, of n_n joints, and n_p pairs of bodies that pass through one another."""
 
     count: int  # blocks
+    apart: int  # such pairs
     of: Array[Ints, "n_j"]  # the joint of a block
     begin: Array[Ints, "n_n"]  # and the first block of a joint
     shape_i: Array[Ints, "n_j"]  # a shape of either body
@@ -70,8 +71,8 @@ class Joints(Block):
     lever: Array[Floats, "n_j"]  # at which turns count [m]
     angle: Array[Floats, "n_j"]  # of j against i at the start, in the plane [rad]
     is_looped: Array[Ints, "n_j"]  # 1 of a joint in a loop of joints, which may hold what others do
-    first: Array[Ints, "n_b + 1"]  # body b is joined to other[first[b] : first[b + 1]]
-    other: Array[Ints, "2 * n_n"]
+    first: Array[Ints, "n_b + 1"]  # body b passes through other[first[b] : first[b + 1]]: joined to it, or ignored
+    other: Array[Ints, "2 * n_p"]
 
 
 class Reactions(Block):
@@ -101,8 +102,8 @@ def block_of(joints, key):
 
 
 @kernel
-def are_joined(joints, i, j):
-    """Whether a joint holds two bodies."""
+def pass_through(joints, i, j):
+    """Whether two bodies do not touch one another."""
     for at in range(joints.first[i], joints.first[i + 1]):
         if joints.other[at] == j:
             return True
@@ -110,12 +111,12 @@ def are_joined(joints, i, j):
 
 
 @kernel("int64(int64, int64, int64, int64)")
-def leave_out_joined(joints_at, shapes_at, found_at, n):
-    """Leave out the contacts of joined bodies, of the first n; how many are left."""
+def leave_out_ignored(joints_at, shapes_at, found_at, n):
+    """Leave out the contacts of bodies that pass through one another, of the first n; how many are left."""
     joints, shapes, found = view(joints_at, Joints), view(shapes_at, Shapes), view(found_at, Found)
     left = 0
     for c in range(n):
-        if not are_joined(joints, shapes.body[found.shape_i[c]], shapes.body[found.shape_j[c]]):
+        if not pass_through(joints, shapes.body[found.shape_i[c]], shapes.body[found.shape_j[c]]):
             if left < c:
                 move_found(found, c, left)
             left += 1

@@ -37,7 +37,7 @@ from nonsmooth.integrators.assembly.joints import (
     book_reactions,
     first_joint,
     largest_drift,
-    leave_out_joined,
+    leave_out_ignored,
     write_joints,
 )
 from nonsmooth.integrators.assembly.pairs import Pairs, book_pairs, repeat_pairs
@@ -286,8 +286,8 @@ def find_among_awake(progress, places, network, d):
             return MORE_CONTACTS
         if progress.has_faces == 1:
             n = leave_out_hidden(places.shapes, places.motion, places.joints, places.links, places.found, n)
-        if joints.count > 0:
-            n = leave_out_joined(places.joints, places.shapes, places.found, n)
+        if joints.apart > 0:
+            n = leave_out_ignored(places.joints, places.shapes, places.found, n)
         if drives.count > 0:
             n = add_drives(drives, bodies.motion, found, n)
         if springs.count > 0:

@@ -27,7 +27,7 @@ from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.in_motion import ROOM, InMotion, Stages
-from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_reactions, leave_out_joined, write_joints
+from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_reactions, leave_out_ignored, write_joints
 from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
@@ -123,7 +123,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
             move_bodies_planar,
         ]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
-        others += [leave_out_joined, write_joints, draw_together, book_reactions] if has_joints else []
+        others += [write_joints, draw_together, book_reactions] if has_joints else []
         others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, tuple(others))
     others = [
@@ -136,7 +136,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
         judge_spatial,
     ]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
-    others += [leave_out_joined, write_joints, draw_together, book_reactions] if has_joints else []
+    others += [write_joints, draw_together, book_reactions] if has_joints else []
     others += rare
     others += [move_bodies_spatial, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
@@ -194,6 +194,7 @@ class Assembly(InMotion):
         has_faces = may_hide(shapes)
         rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
         rare += (leave_out_hidden,) if has_faces else ()
+        rare += (leave_out_ignored,) if joints.apart else ()
         rare += (take_friction, update_friction) if surfaces.has_laws else ()
         may_divide = not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
         rare += OF_PARTS if may_divide else ()
@@ -310,11 +311,11 @@ class Assembly(InMotion):
             progress.stage = PREDICT
 
     def find_contacts(self, margin: float = 0.0) -> int:
-        """``InMotion.find_contacts``, without those between bodies that a joint holds."""
+        """``InMotion.find_contacts``, without those between bodies that pass through one another."""
         n = super().find_contacts(margin)
-        if self.joints.count > 0 and n >= 0:
+        if self.joints.apart > 0 and n >= 0:
             places = self.progress.places
-            n = int(leave_out_joined(places.joints, places.shapes, places.found, n))
+            n = int(leave_out_ignored(places.joints, places.shapes, places.found, n))
         return n
 
     def write_rows(self, dt: float) -> None:

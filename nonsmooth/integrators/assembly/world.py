@@ -142,22 +142,23 @@ class World:
         return rows
 
     def _joints(self) -> Joints:
-        """The rows of joints, in blocks, along the axes of their bodies, and who is joined to whom."""
+        """The rows of joints, in blocks, along the axes of their bodies, and who passes through whom."""
         listed, x, d = self.scene.joints, self.bodies.motion.x, self.dim
+        pairs = sorted((a.index, b.index) for a, b in self.scene.apart())
         blocks = [(joint, rows) for joint in listed for rows in blocks_of(rows_of(joint.kind, d), d)]
-        joints = new(Joints, n_j=len(blocks), n_n=len(listed), n_b=len(x), d=d)
-        joints.count = len(blocks)
+        joints = new(Joints, n_j=len(blocks), n_n=len(listed), n_p=len(pairs), n_b=len(x), d=d)
+        joints.count, joints.apart = len(blocks), len(pairs)
         joints.of[:] = [joint.index for joint, _ in blocks]
         joints.begin[:] = np.searchsorted(joints.of, np.arange(len(listed)))
         looped, others = looped_joints(listed), [list[int]() for _ in x]
-        for joint in listed:
-            others[joint.a.index].append(joint.b.index)
-            others[joint.b.index].append(joint.a.index)
+        for i, j in pairs:
+            others[i].append(j)
+            others[j].append(i)
         for k, (joint, rows) in enumerate(blocks):
             self._frame(joints, k, joint, rows)
             joints.is_looped[k] = joint.index in looped
         joints.first[1:] = np.cumsum([len(row) for row in others])
-        joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if listed else []
+        joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if pairs else []
         return joints
 
     def _drives(self) -> Drives:
