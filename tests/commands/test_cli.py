@@ -116,7 +116,10 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
     [
         (["run", "sprag-slp"], "did you mean 'sprag-slip'?"),
         (["run", "ball"], "did you mean 'billiard-ball' or 'bouncing-ball' or 'wrecking-ball'?"),
-        (["run", "rod"], "did you mean 'bilateral-rod' or 'painleve-rod' or 'self-locking-rod'?"),
+        (
+            ["run", "rod"],
+            "did you mean 'bilateral-rod' or 'painleve-rod' or 'self-locking-rod' or 'spatial-painleve-rod'?",
+        ),
         (["run", "sprag-slip", "--set", "mue=1"], "did you mean 'mu'?"),
         (["run", "sprag-slip", "--set", "mu"], "NAME=VALUE"),
         (["run", "sprag-slip", "--set", "mu=big"], "mu must be a number"),
