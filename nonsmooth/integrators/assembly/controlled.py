@@ -11,6 +11,8 @@ e_v is what the error of the velocities makes until the end of the run: |v_whole
 the velocities times the way in the step over the reach, since a landing that ends in the next step would differ by its
 jump. What is taken back of penetrations is no error: it is a share in each step, however short. Where e is larger, all
 is put back to the beginning, and a shorter step is tried. What rests or falls freely has e = 0.
+Steps are not divided at landings (divided.py): what follows a landing in the second half would be one part of the whole
+and of the halves, and its error in both.
 Source of the estimate: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), II.4.
 """
 
@@ -90,6 +92,7 @@ class Controlled(Assembly):
 
     def __init__(self, rtol: float, atol: float, t_0: float, t_1: float, *options: Any) -> None:
         super().__init__(*options)
+        self.progress.may_divide = 0
         motion, n_b = self.bodies.motion, len(self.bodies.mass)
         self.rtol, self.atol, self.span, self.end = rtol, atol, t_1 - t_0, t_1
         self.moving = np.flatnonzero(motion.moves == 1)
@@ -141,7 +144,7 @@ class Controlled(Assembly):
     def lands(self) -> bool:
         """Whether a body landed in the step before."""
         found = self.moves.lands[: int(self.network.islands.count)]
-        return bool((found == LANDS).any()) or int(self.progress.parts) > 0
+        return bool((found == LANDS).any())
 
     def _longest(self) -> float:
         """The step in which the fastest body goes WAY_IN_A_STEP of the smallest reach."""

@@ -393,7 +393,8 @@ class Assembly(InMotion):
         self.found = new(Found, m=m, d=d)
         self.contacts = new(Contacts, m=m, n_s=len(self.shapes.body), d=d)
         self.links = new(Links, m=m, n_b=n_b)
-        parts, self.parts = self.parts, new(Parts, m=ROOM_OF_PARTS * m if self.progress.may_divide else 0, d=d)
+        parts, room = self.parts, ROOM_OF_PARTS * m if self.progress.may_divide else 0
+        self.parts = new(Parts, m=max(room, len(parts.key)), d=d)
         keep_rows(parts, self.parts)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
         held = {"m": m, "n_b": n_b} if self.joints.count else {"m": 0, "n_b": 0}

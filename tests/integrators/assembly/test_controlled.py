@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
 
 import nonsmooth as ns
@@ -82,6 +84,45 @@ def box_that_rebounds():
     return scene, 0.6, fine["b"].position[-1]
 
 
+def box_on_a_corner():
+    """A box that falls on a corner without friction, and turns so that this lifts off, against the equations of a body
+    that a point pushes, by `solve_ivp` from the moment of the exact blow."""
+    start, mass, t_end = 0.3, 1.0, 0.21
+    lengths, q = np.array([0.2, 0.3, 0.1]), np.array([0.9, 0.3, 0.2, 0.1])
+    q, I_0 = q / np.linalg.norm(q), np.diag((lengths @ lengths - lengths**2) / 12)
+    scene = ns.Scene(gravity=SPACE, material=ns.Material(mu=0.0))
+    scene.fixed(ns.HalfSpace((0, 0, 1)))
+    scene.body(ns.Box(*lengths), mass=mass, position=(0, 0, start), turn=q, name="b")
+    up, signs = np.array([0, 0, 1.0]), np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+
+    def matrix(q):
+        return Rotation.from_quat(q, scalar_first=True).as_matrix()
+
+    corner = min((lengths * sign for sign in signs), key=lambda r: (matrix(q) @ r)[2])
+    fall = start + (matrix(q) @ corner)[2]
+
+    def terms(q):
+        turn = matrix(q)
+        r, inverse = turn @ corner, turn @ np.linalg.inv(I_0) @ turn.T
+        lever = np.cross(r, up)
+        return r, turn @ I_0 @ turn.T, inverse, lever, 1 / mass + lever @ inverse @ lever
+
+    _, _, inverse, lever, G_NN = terms(q)
+    speed, t_1 = math.sqrt(2 * G * fall), math.sqrt(2 * fall / G)
+    spin, v = inverse @ lever * speed / G_NN, -speed + speed / G_NN / mass
+
+    def rate(_, y):
+        q, spin, v = y[:4], y[4:7], y[7]
+        r, inertia, inverse, lever, G_NN = terms(q)
+        free = -inverse @ np.cross(spin, inertia @ spin)
+        force = max(0.0, G - up @ (np.cross(free, r) + np.cross(spin, np.cross(spin, r)))) / G_NN  # it lifts off
+        turn = 0.5 * np.array([-q[1:] @ spin, *(q[0] * spin + np.cross(spin, q[1:]))])
+        return [*turn, *(free + inverse @ lever * force), -G + force / mass, v]
+
+    exact = solve_ivp(rate, (t_1, t_end), [*q, *spin, v, start - fall], rtol=1e-11, atol=1e-13)
+    return scene, t_end, np.array([0, 0, exact.y[8, -1]])
+
+
 def polygon_that_rolls():
     """A twelve-sided disc that rolls down a slope, a landing at each corner: against steps of 20 us."""
     slope, angles = math.radians(12), (np.arange(12) + 0.5) * math.pi / 6
@@ -97,7 +138,8 @@ def polygon_that_rolls():
 
 
 SCENES = [
-    sliding_box, ball_that_comes_to_roll, pendulum_in_space, mass_on_a_spring, box_that_rebounds, polygon_that_rolls,
+    sliding_box, ball_that_comes_to_roll, pendulum_in_space, mass_on_a_spring, box_on_a_corner, box_that_rebounds,
+    polygon_that_rolls,
 ]  # fmt: skip
 
 
