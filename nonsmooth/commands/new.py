@@ -22,7 +22,7 @@ def add_new(new: argparse.ArgumentParser) -> None:
     new.set_defaults(act=act_new)
     new.add_argument(
         "file", metavar="FILE", type=Path,
-        help=f"the file that is written, FILE.py, or FILE.toml for a scene, with {SCHEMA} beside it, by which editors "
+        help=f"the file that is written, FILE.py, or FILE.toml for a scene, with {SCHEMA} next to it, by which editors "
         "complete names; what is there stays",
     )  # fmt: skip
     new.add_argument(
