@@ -111,7 +111,7 @@ class Controlled(Assembly):
             left = float(course.target) - t
             h = min(float(course.h), self._longest(), left)
             if h < NO_STEP * self.span and h < left:
-                return NO_SHORTER if end == DONE else end
+                return NO_SHORTER if end == DONE else self._fail(t, h, prepare)
             h = left if h > CAUTION * left else min(h, 0.5 * left)  # no short step before a record
             begin, course.v[:] = self._snapshot(), self.bodies.motion.v
             try:
@@ -125,6 +125,15 @@ class Controlled(Assembly):
                 return DONE
             self._go_back(begin)
             course.h, course.rejected = change * h, course.rejected + 1
+
+    def _fail(self, t: float, h: float, prepare: Callable[[float, float], None]) -> int:
+        """Take a step that cannot be taken once more, so that its contacts are there to be named; why it cannot be."""
+        begin = self._snapshot()
+        end, _ = self._take(t, h, 1, prepare)
+        if end != DONE:
+            return end
+        self._go_back(begin)
+        return NO_SHORTER
 
     def _try(
         self, t: float, h: float, begin: Snapshot, prepare: Callable[[float, float], None]

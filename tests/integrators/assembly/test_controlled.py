@@ -237,6 +237,17 @@ def test_what_no_step_is_short_enough_for_ends_the_run():
     np.testing.assert_array_equal(sol["ball"].position[-1], (0.3, 0.0))
 
 
+def test_what_ends_a_step_is_named():
+    """A law of friction that is negative at the speed of the second of three boxes."""
+    scene = ns.Scene(gravity=PLANE, material=ns.Material(mu=ns.Friction(lambda v: 0.5 - 0.2 * v)))
+    scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+    for k, speed in enumerate((1.0, 3.0, 1.0)):
+        scene.body(ns.Box(0.2, 0.2), mass=1.0, position=(5 * k, 0.1), velocity=(speed, 0), name=f"box {k}")
+    with pytest.raises(ns.StepFailure, match="the friction law of ground and box 1 is negative") as caught:
+        ns.simulate(scene, (0, 1), integrator=ns.Adaptive(1e-4))
+    np.testing.assert_array_equal(caught.value.solution.position[-1, 1:, 0], (0, 5, 10))
+
+
 def test_a_force_that_raises_ends_the_run_at_the_last_whole_step():
     def force(t, bodies):
         if t > 0.1:
