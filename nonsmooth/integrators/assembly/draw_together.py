@@ -41,6 +41,8 @@ class Held(Block):
     """The problem of the velocities, while that of the places is solved."""
 
     is_begun: int  # whether it is put aside: the problem of the places goes on where there was no room for its factors
+    passes: int  # that were made after the bodies have moved (hold_places.py)
+    is_parted: Array[Ints, "n_b"]  # the islands that they are for
     islands: HeldIslands
     patience: Patience  # with what solvers led to: not with what became of the places
     contradicted: int
@@ -58,29 +60,43 @@ def draw_together(progress_at, d):
     progress = view(progress_at, Progress)
     places = progress.places
     network, solver, held = view(places.network, Network), view(places.solver, Solver), view(places.held, Held)
-    n_c, count = network.n_c, network.islands.count
     if held.is_begun == 0:
         found, contacts, moves = view(places.found, Found), view(places.contacts, Contacts), view(places.moves, Moves)
         if not find_parted(found, contacts, network, moves, progress.tight):
             take_push(network, moves)  # none
             return 0
-        copy_problem(network, held, n_c, count)
-        copy_patience(solver.patience, held.patience)
-        held.contradicted = solver.contradicted
+        begin_places(network, solver, held)
         write_drifts(found, contacts, network, moves, progress.dt)
-        held.is_begun = 1
-    if d == 2:
-        wanted = solve_planar(places.network, places.solver, places.desk)
-    else:
-        wanted = solve_spatial(places.network, places.solver, places.desk)
+    wanted = solve_places(places, d)
     if wanted > 0:
         return wanted
     take_push(network, view(places.moves, Moves))
-    copy_problem(held, network, n_c, count)
-    copy_patience(held.patience, solver.patience)
-    solver.contradicted = held.contradicted
-    held.is_begun = 0
+    end_places(network, solver, held)
     return 0
+
+
+@kernel
+def begin_places(network, solver, held):
+    """Put the problem of the velocities aside, with what solvers led to."""
+    copy_problem(network, held, network.n_c, network.islands.count)
+    copy_patience(solver.patience, held.patience)
+    held.contradicted, held.is_begun = solver.contradicted, 1
+
+
+@kernel
+def solve_places(places, d):
+    """Solve the problem of the places; 0, or how many blocks of factors are wanted."""
+    if d == 2:
+        return solve_planar(places.network, places.solver, places.desk)
+    return solve_spatial(places.network, places.solver, places.desk)
+
+
+@kernel
+def end_places(network, solver, held):
+    """Take the problem of the velocities up again."""
+    copy_problem(held, network, network.n_c, network.islands.count)
+    copy_patience(held.patience, solver.patience)
+    solver.contradicted, held.is_begun = held.contradicted, 0
 
 
 @kernel

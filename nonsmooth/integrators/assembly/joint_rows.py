@@ -136,11 +136,9 @@ def turn_of_side(joints, bodies, k, row, b):
 
 
 @kernel
-def write_law_of_rows(joints, bodies, k, c, contacts, network):
-    """b of block k of rows, and how far they are off at the beginning of the step."""
+def write_law_of_rows(joints, bodies, k, c, network):
+    """b of block k of rows."""
     for row in range(network.b.shape[1]):
-        contacts.drift[c, row] = 0.0
         if joints.w[k, row] != UNUSED:
-            _, contacts.drift[c, row] = row_at(joints, bodies.x_0, k, row)
             of_i = turn_of_side(joints, bodies, k, row, joints.i[k])
             network.b[c, row] = turn_of_side(joints, bodies, k, row, joints.j[k]) - of_i

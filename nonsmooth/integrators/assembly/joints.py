@@ -6,7 +6,7 @@ J has the axes of the world and one common point, midway between the two: the im
 angular momentum is kept. It is that of the places at which contacts are looked for, dt/2 ahead but after impacts; b
 is what the arms turn until there, so that v_1 is free of the joint where the bodies are at the end of the step, and
 P.(v_0 + v_1)/2 is no work to second order: J_mid v_1 = 0 alone would brake a pendulum by dt omega^2/2 of its speed a
-second. What the points part in spite of that, dt^3 a step, is a drift that project.py takes back.
+second. What the points part in spite of that, dt^3 a step, is taken back where bodies have moved to (hold_places.py).
 
 Joints are rows behind the contacts of a step, with keys above all of theirs, so that they go on with their impulses
 (contacts.py), sleep and wake (sleep.py) as contacts do. Bodies that a joint holds pass through one another, as do those
@@ -28,7 +28,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.drive_rows import Drives, drive_of
-from nonsmooth.integrators.assembly.joint_rows import arm_at, write_law_of_rows, write_rows_of_joint
+from nonsmooth.integrators.assembly.joint_rows import arm_at, row_at, write_law_of_rows, write_rows_of_joint
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import cross, write_rows_spatial
 from nonsmooth.jit import kernel
@@ -43,7 +43,7 @@ from nonsmooth.scenes.detection import (
     Found,
     move_found,
 )
-from nonsmooth.scenes.joint_kinds import OFFSET, POINT
+from nonsmooth.scenes.joint_kinds import OFFSET, POINT, UNUSED
 from nonsmooth.scenes.shape_rows import Shapes
 
 # measured: of 1/mass of a joint in a loop: Bricard's linkage, whose rods weigh 10 N, has then reactions of at most 31 N
@@ -182,17 +182,32 @@ def softness_of(joints, bodies, k, dt):
 def write_law_of_joint(joints, bodies, found, c, contacts, network, d):
     """What makes row c a joint, b, and how far its points are apart at the beginning of the step."""
     k = block_of(joints, found.key[c])
-    i, j, x = joints.i[k], joints.j[k], bodies.x_0
+    i, j = joints.i[k], joints.j[k]
     network.i[c], network.j[c], network.mu[c], contacts.e[c] = i, j, JOINED, 0.0
+    drift_of_joint(joints, bodies.x_0, found.key[c], c, contacts)
     if joints.w[k, 0] != POINT:
         write_rows_of_joint(joints, bodies.motion.x, k, c, network)
-        write_law_of_rows(joints, bodies, k, c, contacts, network)
+        write_law_of_rows(joints, bodies, k, c, network)
         return
-    a, e = arm_at(x, i, joints.arm_i, k), arm_at(x, j, joints.arm_j, k)
     of_i, of_j = turn_of_arm(bodies, i, joints.arm_i, k, d), turn_of_arm(bodies, j, joints.arm_j, k, d)
     for axis in range(d):
-        contacts.drift[c, axis] = x[j, axis] + e[axis] - x[i, axis] - a[axis]
         network.b[c, axis] = of_j[axis] - of_i[axis]
+
+
+@kernel
+def drift_of_joint(joints, x, key, c, contacts):
+    """How far the rows of block c, of such a key, are off at places x."""
+    k = block_of(joints, key)
+    i, j = joints.i[k], joints.j[k]
+    if joints.w[k, 0] == POINT:
+        a, e = arm_at(x, i, joints.arm_i, k), arm_at(x, j, joints.arm_j, k)
+        for axis in range(contacts.drift.shape[1]):
+            contacts.drift[c, axis] = x[j, axis] + e[axis] - x[i, axis] - a[axis]
+        return
+    for row in range(contacts.drift.shape[1]):
+        contacts.drift[c, row] = 0.0
+        if joints.w[k, row] != UNUSED:
+            _, contacts.drift[c, row] = row_at(joints, x, k, row)
 
 
 @kernel

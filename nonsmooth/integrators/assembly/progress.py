@@ -23,7 +23,7 @@ SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the 
 # chosen: factors of a problem, some 0.4 ms in space: after less no thread is thought of (contact/network/parallel.py)
 SHARED_FACTORS = 16
 # where a step goes on when there is room for what it found
-PREDICT, FIND, SOLVE, DRAW, REBOUND, STRUCK = range(6)
+PREDICT, FIND, SOLVE, DRAW, HOLD, REBOUND, STRUCK = range(7)
 # how a run of steps comes back
 DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED, MORE_BOOKS = (
     range(11)
@@ -138,6 +138,7 @@ class Progress(Block):
     may_divide: int  # whether a step may be taken in parts (divided.py)
     parts: int  # which part of the step is at hand, from 1 on; 0 where it is not divided
     divisions: int  # times that a part of the step was taken again
+    is_pushed: int  # whether bodies were moved in the step otherwise than by their velocities
     is_stroke: int  # whether the part at hand is that of an impact
     lets_in: int  # whether the part at hand ends before a landing
     left: float  # of the step, behind the part at hand [s]

@@ -30,6 +30,7 @@ from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import leave_out_hidden
+from nonsmooth.integrators.assembly.hold_places import hold_places
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
@@ -49,6 +50,7 @@ from nonsmooth.integrators.assembly.progress import (
     DRAW,
     EXAMINED,
     FIND,
+    HOLD,
     LOST,
     MORE_BOOKS,
     MORE_CONTACTS,
@@ -169,7 +171,14 @@ def take_part(progress, d):
             if progress.wanted > 0:
                 return MORE_FACTORS
             note_drift(places, network, progress.figures)
-        move(progress, places, network, d)
+        move(progress, places, d)
+        progress.stage = HOLD
+    if progress.stage == HOLD:
+        if view(places.joints, Joints).count > 0:
+            progress.wanted = hold_places(address(progress), d)
+            if progress.wanted > 0:
+                return MORE_FACTORS
+        end_step(progress, places, network, d)
         progress.stage = REBOUND if rebounds(progress, places, network, d) else PREDICT
     if progress.stage == REBOUND:
         if progress.has_impact_law == 1:
@@ -371,23 +380,28 @@ def find_speeds(progress, places, network, d):
 
 
 @kernel
-def move(progress, places, network, d):
-    """The places after the step, its energy and its figures."""
-    asleep = view(places.asleep, Asleep)
-    deepest, dt = min(deepest_gap(view(places.found, Found), network.n_c), asleep.deepest), progress.dt
-    bodies, found, theta = places.bodies, places.found, progress.theta
+def move(progress, places, d):
+    """The places after the step."""
+    bodies, found, dt, theta = places.bodies, places.found, progress.dt, progress.theta
     if d == 2:
-        is_pushed = move_bodies_planar(
+        progress.is_pushed = move_bodies_planar(
             bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
         )
     else:
-        is_pushed = move_bodies_spatial(
+        progress.is_pushed = move_bodies_spatial(
             bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
         )
+
+
+@kernel
+def end_step(progress, places, network, d):
+    """The energy of the step and its figures."""
+    asleep, bodies, found, dt = view(places.asleep, Asleep), places.bodies, places.found, progress.dt
+    deepest = min(deepest_gap(view(found, Found), network.n_c), asleep.deepest)
     note_step(network, asleep, deepest, progress)
     if progress.may_sleep == 1 and progress.parts == 0:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
-    book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
+    book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, progress.is_pushed)
     book_by_pairs(places, 0, progress.parts <= 1)
     if d == 3:
         of_bodies = view(bodies, Bodies)

@@ -25,6 +25,7 @@ from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
+from nonsmooth.integrators.assembly.hold_places import hold_places
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.in_motion import ROOM, InMotion, Stages
 from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_reactions, leave_out_ignored, write_joints
@@ -123,7 +124,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
             move_bodies_planar,
         ]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
-        others += [write_joints, draw_together, book_reactions] if has_joints else []
+        others += [write_joints, draw_together, hold_places, book_reactions] if has_joints else []
         others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, tuple(others))
     others = [
@@ -136,7 +137,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
         judge_spatial,
     ]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
-    others += [write_joints, draw_together, book_reactions] if has_joints else []
+    others += [write_joints, draw_together, hold_places, book_reactions] if has_joints else []
     others += rare
     others += [move_bodies_spatial, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))

@@ -144,7 +144,7 @@ class World:
     def _joints(self) -> Joints:
         """The rows of joints, in blocks, along the axes of their bodies, and who passes through whom."""
         listed, x, d = self.scene.joints, self.bodies.motion.x, self.dim
-        pairs = sorted((a.index, b.index) for a, b in self.scene.apart())
+        pairs = sorted(sorted((a.index, b.index)) for a, b in self.scene.apart())
         blocks = [(joint, rows) for joint in listed for rows in blocks_of(rows_of(joint.kind, d), d)]
         joints = new(Joints, n_j=len(blocks), n_n=len(listed), n_p=len(pairs), n_b=len(x), d=d)
         joints.count, joints.apart = len(blocks), len(pairs)

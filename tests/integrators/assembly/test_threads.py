@@ -15,6 +15,9 @@ from nonsmooth.contact.network.parallel import Desks, at_once, share_islands
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import EXACT_BODIES, Solver
 from nonsmooth.integrators.assembly.draw_together import draw_together
+from nonsmooth.integrators.assembly.hold_places import hold_places, write_gaps
+from nonsmooth.integrators.assembly.joints import first_joint
+from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.runs.scene_run import SceneRun
 
@@ -156,19 +159,25 @@ def test_the_room_for_factors_changes_no_bit(name):
         np.testing.assert_array_equal(x_small, x)
 
 
+@pytest.mark.parametrize("kernel", [draw_together, hold_places])
 @pytest.mark.parametrize("dim", [2, 3])
-def test_places_are_drawn_together_alike_however_often_room_is_asked_for(dim):
+def test_places_are_drawn_together_alike_however_often_room_is_asked_for(dim, kernel):
     run = SceneRun(chains(dim, links=6), (0, 0.1), ns.MoreauJean(dt=DT), 1, None)
     run.advance(None, None)
     assembly, pushes, asked = run.assembly, [], []
-    network = assembly.network
+    network, x = assembly.network, assembly.bodies.motion.x
+    x[:, :dim] += np.random.default_rng(1).normal(scale=1e-5, size=x[:, :dim].shape)
+    parted = x.copy()
+    first = interpreted(first_joint)(assembly.found, network)
+    interpreted(write_gaps)(assembly.joints, assembly.bodies, assembly.found, assembly.contacts, network, first)
     kept = {name: getattr(network, name).copy() for name in ("P", "b", "mu", "v", "v_free")}
     for fill in (5000, 2):
         assembly.fill, assembly.solver = fill, new(Solver, fill=0, m=0, n_b=0, d=dim, n=3 * (dim - 1))
         assembly._make_solver()
-        assembly.moves.push[:] = np.nan
+        assembly.moves.push[:], x[:] = np.nan, parted
+        assembly.progress.is_pushed = 0
         asked.append(0)
-        while wanted := draw_together(assembly.progress.address, dim):
+        while wanted := kernel(assembly.progress.address, dim):
             asked[-1] += 1
             assembly.fill = wanted
             assembly._make_solver()
