@@ -30,7 +30,7 @@ HELD_TO = 0.1  # chosen: of a penetration that is a rounding (``Progress.tight``
 PLACE_ROUNDINGS = 16  # chosen: of the places of its bodies, that a gap of a joint is made of
 MOST_HOLDS = 12  # measured: where a body turns by 0.3 rad in a step it takes seven
 HALVED = 0.5  # chosen: of the largest gap, that a pass leaves at most where another one follows
-FAR = 1e30  # code: the gap of what no push closes [m]
+NEVER_CLOSES = 1e30  # code: the gap of a row that is no contact [m]
 
 
 @kernel("int64(int64, int64)")
@@ -113,7 +113,7 @@ def write_problem(bodies, found, contacts, network, held, dt):
             network.P[c, row] = 0.0
             network.b[c, row] = contacts.drift[c, row] / dt if is_joint(network, c) else 0.0
         if not is_joint(network, c):
-            gap = FAR
+            gap = NEVER_CLOSES
             if may_land(network, c):
                 speed, _ = normal_velocity(network, c, bodies.v_move, n)
                 gap = max(found.gap[c] + dt * speed, 0.0)
