@@ -10,15 +10,16 @@ import numpy as np
 
 from benchmarks.peers import adapter
 from models.scenes import SphereBox
-from nonsmooth.contact.network.problem import judge_spatial, prepare_spatial
+from nonsmooth.contact.network.problem import judge_network, prepare_network
 from nonsmooth.contact.network.rescue import rescue
-from nonsmooth.contact.network.solve import solve_spatial
+from nonsmooth.contact.network.solve import solve_network
 from nonsmooth.integrators.assembly.book import book_step
-from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
+from nonsmooth.integrators.assembly.contacts import write_contacts
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.progress import margin_of
-from nonsmooth.integrators.assembly.project import move_bodies_spatial
-from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
+from nonsmooth.integrators.assembly.project import move_bodies
+from nonsmooth.integrators.assembly.spatial import take_spins, turn_inertia
+from nonsmooth.integrators.assembly.stages import predict
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import interpreted
 
@@ -47,7 +48,7 @@ class Stepper:
         """One step."""
         assembly, progress, at, dt = self.assembly, self.assembly.progress, self.assembly.progress.places, self.dt
         progress.dt = dt
-        self.timed("predict", predict_spatial, at.bodies, dt)
+        self.timed("predict", predict[3], at.bodies, dt)
         margin = interpreted(margin_of)(progress, assembly.bodies)
         n = self.timed("find", assembly.stages.find, at.shapes, at.motion, dt, margin, at.found, at.scratch)
         if not 0 <= n <= len(assembly.found.gap):
@@ -56,16 +57,16 @@ class Stepper:
         network.n_c = n
         self.timed("turn", turn_inertia, at.bodies, at.network)
         places = at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network
-        self.timed("write", write_contacts_spatial, *places, dt)
-        self.timed("prepare", prepare_spatial, at.network)
+        self.timed("write", write_contacts[3], *places, dt)
+        self.timed("prepare", prepare_network[3], at.network)
         wanders = at.bodies, at.found, at.contacts, at.network
         self.timed("prepare", ask_of_wandering, *wanders, dt, assembly.solver.approach)
         held = at.bodies, at.found, at.network, at.solver
         self.timed("prepare", hold_closed, *held, dt, progress.tight)
         self.solve()
-        self.timed("judge", judge_spatial, at.network)
+        self.timed("judge", judge_network[3], at.network)
         moved = at.bodies, at.found, at.contacts, at.network, at.moves
-        pushed = self.timed("move", move_bodies_spatial, *moved, dt, progress.theta, progress.tight)
+        pushed = self.timed("move", move_bodies[3], *moved, dt, progress.theta, progress.tight)
         booked = at.bodies, at.found, at.contacts, at.network, at.moves, at.ledger
         self.timed("book", book_step, *booked, dt, pushed)
         self.timed("book", note_held, *wanders, dt)
@@ -74,7 +75,7 @@ class Stepper:
     def solve(self) -> None:
         """The contact problem, with as much room for factors as it wants; where it is not met, other solvers."""
         assembly, at = self.assembly, self.assembly.progress.places
-        while (wanted := self.timed("solve", solve_spatial, at.network, at.solver, at.desk)) > 0:
+        while (wanted := self.timed("solve", solve_network[3], at.network, at.solver, at.desk)) > 0:
             assembly.fill = int(FACTOR_ROOM * wanted)
             assembly._make_solver()
         islands = assembly.network.islands

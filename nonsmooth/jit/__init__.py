@@ -33,7 +33,17 @@ that it reads and ``libraries`` know by name, ``content`` what else is known aga
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, key_of
 from nonsmooth.jit.content import identity
-from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, late_kernel, rare_kernel
+from nonsmooth.jit.kernels import (
+    Callback,
+    InDimensions,
+    Kernel,
+    handle_of,
+    in_dimensions,
+    interpreted,
+    kernel,
+    late_kernel,
+    rare_kernel,
+)
 from nonsmooth.jit.late import running_time, waited
 from nonsmooth.jit.loading import load_all
 from nonsmooth.jit.models import CannotCompile, call_model, compile_model, survey_of
@@ -41,7 +51,7 @@ from nonsmooth.jit.own_law import call_law
 from nonsmooth.jit.parameters import Unpack, unpack_of
 
 __all__ = [
-    "Callback", "CannotCompile", "Kernel", "MachineCode", "Unpack", "cache_directory", "call_law", "call_model",
-    "compile_model", "handle_of", "identity", "interpreted", "kernel", "key_of", "late_kernel", "load_all",
-    "rare_kernel", "running_time", "survey_of", "unpack_of", "waited",
+    "Callback", "CannotCompile", "InDimensions", "Kernel", "MachineCode", "Unpack", "cache_directory", "call_law",
+    "call_model", "compile_model", "handle_of", "identity", "in_dimensions", "interpreted", "kernel", "key_of",
+    "late_kernel", "load_all", "rare_kernel", "running_time", "survey_of", "unpack_of", "waited",
 ]  # fmt: skip

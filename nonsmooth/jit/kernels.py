@@ -317,6 +317,51 @@ def _call_back_interpreted(function: Callable, *arguments: Any) -> Any:
     return function(*arguments)
 
 
+class InDimensions(Kernel):
+    """Two entry points, of the plane and of space; a call has d, 2 or 3, as its last argument, ``[d]`` is one of them.
+
+    In compiled code d is a constant, and the other entry point is not loaded.
+    """
+
+    def __init__(self, source: Callable, planar: Kernel, spatial: Kernel) -> None:
+        self.of = {2: planar, 3: spatial}
+        body = "return planar({given}) if d == 2 else spatial({given})"
+        super().__init__(_handing_on(source, "{given}, d", body, {"planar": planar, "spatial": spatial}))
+
+    def __getitem__(self, d: int) -> Kernel:
+        return self.of[d]
+
+    def __call__(self, *args: Any) -> Any:
+        return self.of[args[-1]](*args[:-1])
+
+
+def in_dimensions(signature: str) -> Callable[[Callable], InDimensions]:
+    """Mark a function whose last argument is d as the source of two entry points, of the plane and of space.
+
+    The signature has no d: ``@in_dimensions("void(int64, float64)")`` stands before ``def predict(bodies_at, dt, d)``.
+    """
+
+    def entry_points(function: Callable) -> InDimensions:
+        source, name = {"source": Kernel(function)}, function.__name__
+        planar = _handing_on(function, "{given}", "return source({given}, 2)", source, f"{name}_planar")
+        spatial = _handing_on(function, "{given}", "return source({given}, 3)", source, f"{name}_spatial")
+        return InDimensions(function, Kernel(planar, signature), Kernel(spatial, signature))
+
+    return entry_points
+
+
+def _handing_on(function: Callable, taken: str, body: str, kernels: dict[str, Kernel], name: str = "") -> Callable:
+    """A function that hands the arguments of another one, those ``given`` without d, to kernels that its body names."""
+    code = function.__code__
+    given = ", ".join(argument for argument in code.co_varnames[: code.co_argcount] if argument != "d")
+    scope: dict[str, Any] = dict(kernels)
+    exec(f"def made({taken}): {body}".format(given=given), scope)
+    made: Callable = scope["made"]
+    made.__name__ = made.__qualname__ = name or function.__name__
+    made.__module__, made.__doc__ = function.__module__, function.__doc__
+    return made
+
+
 def kernel(target: Callable | str, short_loops: bool = False, takes_arrays: bool = False) -> Any:
     """Mark a function as a kernel: ``@kernel`` for inner ones, ``@kernel("int64(float64[::1])")`` for entry points."""
     if isinstance(target, str):

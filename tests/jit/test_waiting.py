@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.contact.network import solve
-from nonsmooth.contact.planar import ladder
 from nonsmooth.integrators.assembly import step
 from nonsmooth.jit import Kernel, cache, loading
 from nonsmooth.jit.waiting import ERASED, sentence, waiting
+from nonsmooth.scenes.find_contacts import find_contacts
 
 
 @pytest.fixture
@@ -122,7 +121,8 @@ def test_the_time_that_is_said_grows_with_the_code(impatient):
 
 def test_a_function_of_one_room_is_no_reason_for_that_of_another(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)
-    (tmp_path / f"{ladder.solve_planar.kept_name}-0123.code").write_bytes(b"")
-    assert solve.solve_planar.kept_name.endswith(".solve_planar")
-    assert "first use" in cache.words_of([solve.solve_planar.kept_name], 1.0)
-    assert "changed since" in cache.words_of([ladder.solve_planar.kept_name], 1.0)
+    planar, spatial = find_contacts[2], find_contacts[3]
+    (tmp_path / f"{spatial.kept_name}-0123.code").write_bytes(b"")
+    assert planar.kept_name.endswith(".find_contacts") and spatial.kept_name.endswith(".find_contacts")
+    assert "first use" in cache.words_of([planar.kept_name], 1.0)
+    assert "changed since" in cache.words_of([spatial.kept_name], 1.0)

@@ -29,7 +29,7 @@ from nonsmooth.contact.network.problem import (
     rounding,
     write,
 )
-from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit import in_dimensions, kernel, rare_kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import EPS
 
@@ -263,15 +263,8 @@ def begin_direct(network_at, direct_at):
     recall_graph(view(network_at, Network), view(direct_at, Direct))
 
 
-@kernel("int64(int64, int64, int64, float64, int64)")
-def al_newton_planar(network_at, direct_at, k, tol, most):
-    """``al_newton`` in the plane."""
+@in_dimensions("int64(int64, int64, int64, float64, int64)")
+def solve_by_al_newton(network_at, direct_at, k, tol, most, d):
+    """``al_newton`` at the desk of the solver."""
     direct = view(direct_at, Direct)
-    return al_newton(view(network_at, Network), direct, direct.desk, k, tol, most, 2, 3)
-
-
-@kernel("int64(int64, int64, int64, float64, int64)")
-def al_newton_spatial(network_at, direct_at, k, tol, most):
-    """``al_newton`` in space."""
-    direct = view(direct_at, Direct)
-    return al_newton(view(network_at, Network), direct, direct.desk, k, tol, most, 3, 6)
+    return al_newton(view(network_at, Network), direct, direct.desk, k, tol, most, d, 3 * (d - 1))

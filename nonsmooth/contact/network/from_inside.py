@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from nonsmooth.contact.blocks.interior import CONE_STEP_PART
 from nonsmooth.contact.blocks.ladder import FAR, INSIDE, NEAR, OUTERMOST
-from nonsmooth.contact.network.al_newton import al_newton_planar, al_newton_spatial
-from nonsmooth.contact.network.interior import CENTRING, Inside, go_inside_planar, go_inside_spatial
+from nonsmooth.contact.network.al_newton import solve_by_al_newton
+from nonsmooth.contact.network.interior import CENTRING, Inside, go_inside
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.jit.blocks import new
@@ -52,16 +52,15 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
     Impulses alone are left: velocities and residual are to be judged anew. False where there is no room for the
     factors, as many blocks as ``direct.desk.graph.wanted``; nothing is changed.
     """
-    islands, n = network.islands, network.v.shape[1]
+    islands, d = network.islands, network.b.shape[1]
     contacts = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
     best, least = network.P[contacts].copy(), float(islands.residual[k])
     point = new(Inside, m=len(contacts))
-    inside, digits = (go_inside_planar, al_newton_planar) if n == 3 else (go_inside_spatial, al_newton_spatial)
     for point.start, point.shift, point.centring, point.part, point.is_centred in starts:
         network.P[contacts] = best
-        if not inside(network.address, direct.address, point.address, k, tol, most[0]):
+        if not go_inside(network.address, direct.address, point.address, k, tol, most[0], d):
             return False
-        digits(network.address, direct.address, k, digits_tol, most[1])
+        solve_by_al_newton(network.address, direct.address, k, digits_tol, most[1], d)
         if islands.residual[k] < least:
             best, least = network.P[contacts].copy(), float(islands.residual[k])
         if least <= tol:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.contact.network.problem import Network, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import Network, prepare_network
 from nonsmooth.jit.blocks import new
 from nonsmooth.numerics.rounding import EPS
 
@@ -45,7 +45,7 @@ def network_of(M: Any, H: Any, f: np.ndarray, w: np.ndarray, mu: np.ndarray) -> 
     network.v_free[:n_b] = np.linalg.solve(mass, f.reshape(n_b, n, 1))[:, :, 0]
     network.i[:], network.j[:], network.J_i[:], network.J_j[:] = bodies[:, 0], bodies[:, 1], J[:, 0], J[:, 1]
     network.b[:], network.mu[:] = w.reshape(-1, d), mu
-    (prepare_planar if d == 2 else prepare_spatial)(network.address)
+    prepare_network(network.address, d)
     return network
 
 

@@ -36,7 +36,7 @@ from nonsmooth.contact.network.block_factor import back_substitute, factorise
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.lagrangian import Direct, add_contact, clear_blocks, pull
 from nonsmooth.contact.network.problem import Network, contact_velocity, impulse, laws_velocity, write
-from nonsmooth.jit import kernel
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 
 CENTRING = 3.0  # chosen: Mehrotra's exponent
@@ -398,13 +398,14 @@ def advance(network, direct, point, k, d, n):
     return True
 
 
-@kernel
-def go_inside(network, direct, point, k, tol, most, d, n):
+@in_dimensions("boolean(int64, int64, int64, int64, float64, int64)")
+def go_inside(network_at, direct_at, point_at, k, tol, most, d):
     """Take at most ``most`` steps from the impulses of island k; False where there is no room for its factors.
 
     The best impulses of the steps are left, their residual in the islands.
     """
-    islands = network.islands
+    network, direct, point = view(network_at, Network), view(direct_at, Direct), view(point_at, Inside)
+    islands, n = network.islands, 3 * (d - 1)
     if not is_laid_out(network, direct, direct.desk, k):
         return False
     least, waited = math.inf, 0
@@ -424,17 +425,3 @@ def go_inside(network, direct, point, k, tol, most, d, n):
     copy_impulses(islands, k, direct.best, network.P, d)
     islands.residual[k] = judge_island(network, k, d, n)
     return True
-
-
-@kernel("boolean(int64, int64, int64, int64, float64, int64)")
-def go_inside_planar(network_at, direct_at, point_at, k, tol, most):
-    """``go_inside`` in the plane."""
-    network, direct, point = view(network_at, Network), view(direct_at, Direct), view(point_at, Inside)
-    return go_inside(network, direct, point, k, tol, most, 2, 3)
-
-
-@kernel("boolean(int64, int64, int64, int64, float64, int64)")
-def go_inside_spatial(network_at, direct_at, point_at, k, tol, most):
-    """``go_inside`` in space."""
-    network, direct, point = view(network_at, Network), view(direct_at, Direct), view(point_at, Inside)
-    return go_inside(network, direct, point, k, tol, most, 3, 6)

@@ -21,8 +21,7 @@ import numpy as np
 from nonsmooth.contact.network.islands import Islands
 from nonsmooth.contact.network.lagrangian import Desk
 from nonsmooth.contact.network.problem import Network
-from nonsmooth.contact.network.solve import EXACT_BODIES, Solver, solve_planar, solve_spatial
-from nonsmooth.jit import Kernel
+from nonsmooth.contact.network.solve import EXACT_BODIES, Solver, solve_network
 from nonsmooth.jit.blocks import new
 
 PARTS_A_THREAD = 8  # chosen: of a problem, a thread: each costs some 5 us, and the last ones are waited for
@@ -54,7 +53,7 @@ class Desks:
             desk.graph.top = 0
         own = solver.direct.desk
         own.part, own.going_on = NO_PART, AT_THE_BEGINNING
-        solver_of(network)(network.address, solver.address, own.address)
+        solve_network(network.address, solver.address, own.address, network.b.shape[1])
         self.is_shared = factors >= WORTH_SHARING[network.b.shape[1]]
         self.left = [(part, FROM_THE_FIRST) for part in range(PARTS_A_THREAD * self.threads if self.is_shared else 1)]
         if self.is_shared:
@@ -65,12 +64,12 @@ class Desks:
         own, fill = solver.direct.desk, len(solver.direct.factor.columns.row)
         desks = [own, *self.others] if self.is_shared else [own]
         edges = np.linspace(max(int(desk.graph.top) for desk in desks), fill, len(desks) + 1).astype(int).tolist()
-        queue, unfinished, solve = iter(self.left), [], solver_of(network)
+        queue, unfinished, d = iter(self.left), [], network.b.shape[1]
 
         def work(desk: Desk) -> None:
             for part, going_on in queue:  # a list iterator hands each to one thread
                 desk.part, desk.going_on = part, going_on
-                if solve(network.address, solver.address, desk.address) > 0:
+                if solve_network(network.address, solver.address, desk.address, d) > 0:
                     unfinished.append((part, int(desk.going_on)))
                     return
 
@@ -81,11 +80,6 @@ class Desks:
         own.part, own.going_on = 0, AT_THE_BEGINNING
         own.graph.top, own.graph.end = max(int(desk.graph.top) for desk in desks), fill
         return 2 * fill if self.left else 0
-
-
-def solver_of(network: Network) -> Kernel:
-    """``solve`` in the plane or in space."""
-    return solve_planar if network.b.shape[1] == 2 else solve_spatial
 
 
 def share_islands(islands: Islands, parts: int) -> None:

@@ -22,7 +22,7 @@ from nonsmooth.contact.network.from_inside import DIGITS_FACTORS, INSIDE_STEPS, 
 from nonsmooth.contact.network.interior import CENTRING
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.lagrangian import Direct
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import Network, judge_network, prepare_network
 from nonsmooth.jit.blocks import new
 
 SURELY_OPEN = 3e-3  # measured: with 1e-2 5 % more contacts are kept; with 1e-3 some are missing in 3 of 6 of spheres
@@ -100,7 +100,7 @@ def part_of(network: Network, contacts: np.ndarray) -> Network:
         getattr(part, name)[:] = getattr(network, name)[contacts]
     for name in ("v_free", "M", "M_inv"):
         getattr(part, name)[:] = getattr(network, name)[bodies]
-    (prepare_planar if d == 2 else prepare_spatial)(part.address)
+    prepare_network(part.address, d)
     judge_impulses(part)
     return part
 
@@ -128,7 +128,7 @@ def room_for(part: Network, fill: int) -> Direct:
 
 def judge_impulses(network: Network) -> None:
     """Velocities, gamma and residuals of the impulses of a network."""
-    (judge_planar if network.b.shape[1] == 2 else judge_spatial)(network.address)
+    judge_network(network.address, network.b.shape[1])
 
 
 def contacts_of(network: Network, k: int) -> np.ndarray:

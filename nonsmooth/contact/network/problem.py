@@ -41,7 +41,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.network.islands import Islands, find_islands
 from nonsmooth.contact.network.joint import is_joint
-from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit import in_dimensions, kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS
 
@@ -364,35 +364,18 @@ def contact_velocities(network, d, n):
         write(network.gamma, c, gamma_N, gamma_1, gamma_2, d)
 
 
-@kernel("void(int64)")
-def prepare_planar(network_at):
-    """The parts of the rows and the islands, in the plane: before any solver."""
+@in_dimensions("void(int64)")
+def prepare_network(network_at, d):
+    """The parts of the rows and the islands: before any solver."""
     network = view(network_at, Network)
-    prepare(network, 2, 3)
-    find_islands(network, 3)
+    prepare(network, d, 3 * (d - 1))
+    find_islands(network, 3 * (d - 1))
 
 
-@kernel("void(int64)")
-def prepare_spatial(network_at):
-    """The same in space."""
-    network = view(network_at, Network)
-    prepare(network, 3, 6)
-    find_islands(network, 6)
-
-
-@kernel("float64(int64)")
-def judge_planar(network_at):
-    """The velocities of P, the residual of each island and the largest, and gamma, in the plane."""
-    network = view(network_at, Network)
-    velocities(network, 2, 3)
-    contact_velocities(network, 2, 3)
-    return residual(network, 2, 3)
-
-
-@kernel("float64(int64)")
-def judge_spatial(network_at):
-    """The same in space."""
-    network = view(network_at, Network)
-    velocities(network, 3, 6)
-    contact_velocities(network, 3, 6)
-    return residual(network, 3, 6)
+@in_dimensions("float64(int64)")
+def judge_network(network_at, d):
+    """The velocities of P, the residual of each island and the largest, and gamma."""
+    network, n = view(network_at, Network), 3 * (d - 1)
+    velocities(network, d, n)
+    contact_velocities(network, d, n)
+    return residual(network, d, n)

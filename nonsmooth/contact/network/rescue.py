@@ -23,7 +23,7 @@ from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.matrices import softness
 from nonsmooth.contact.network.patience import INTERIOR, note_outcome
 from nonsmooth.contact.network.pressed import FILL_OF_MANY, contacts_of, solve_pressed, solve_whole
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
+from nonsmooth.contact.network.problem import Network, judge_network
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
     EXACT_BODIES,
@@ -118,7 +118,7 @@ def tries(network: Network, contacts: np.ndarray) -> Iterator[tuple[np.ndarray, 
 
 def judge(network: Network, k: int, tol: float) -> None:
     """The residual of the impulses of island k, and whether it is within the tolerance."""
-    (judge_planar if network.b.shape[1] == 2 else judge_spatial)(network.address)
+    judge_network(network.address, network.b.shape[1])
     network.islands.is_met[k] = network.islands.residual[k] <= tol
 
 

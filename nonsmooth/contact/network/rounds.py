@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.contact.blocks.natural_map import natural_map_entry
-from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton_planar, al_newton_spatial, begin_direct
+from nonsmooth.contact.network.al_newton import NO_ROOM, begin_direct, solve_by_al_newton
 from nonsmooth.contact.network.from_inside import STARTS, Start, from_inside
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
-from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.contact.network.problem import Network, judge_network, prepare_network
+from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.jit.blocks import new
 
 # measured: a wall of 9500 contacts is solved by the first factors, a packing of 525 spherical ones after seven rounds
@@ -74,7 +74,7 @@ class Rounds:
     def measured_error(self, rho: np.ndarray) -> float:
         """The error of the impulses, relative to the norm of c, from their own velocities."""
         network = self.network
-        (judge_planar if self.d == 2 else judge_spatial)(network.address)
+        judge_network(network.address, self.d)
         P, gamma = network.P.ravel(), network.gamma.ravel()
         error = natural_map_entry(network.mu, rho, self.weight, P, gamma, self.d)
         return error if math.isfinite(error) else math.inf
@@ -89,26 +89,26 @@ class Rounds:
     def sweep(self, most: int, tol: float) -> None:
         """Sweep each island ``most`` times, or until its residual is within tol; go on from the best impulses."""
         network, solver, islands = self.network, self.solver, self.network.islands
-        (prepare_planar if self.d == 2 else prepare_spatial)(network.address)
+        prepare_network(network.address, self.d)
         solver.tol, solver.most_sweeps, solver.most_factors = tol, most, 0
-        (solve_planar if self.d == 2 else solve_spatial)(network.address, solver.address, solver.direct.desk.address)
+        solve_network(network.address, solver.address, solver.direct.desk.address, self.d)
         self.sweeps += int(islands.sweeps[: islands.count].sum())
         self.keep_better()
 
     def factorise(self) -> None:
         """The direct rung for each island."""
-        rung = al_newton_planar if self.d == 2 else al_newton_spatial
 
         def solve(k: int) -> bool:
             direct = self.solver.direct.address
-            return rung(self.network.address, direct, k, FACTORED_RESIDUAL, ROUND_FACTORS) != NO_ROOM
+            end = solve_by_al_newton(self.network.address, direct, k, FACTORED_RESIDUAL, ROUND_FACTORS, self.d)
+            return end != NO_ROOM
 
         self._each_island(solve)
 
     def go_inside(self, start: Start) -> None:
         """Interior points, from a distance and with a shift, for each island that the best impulses do not solve."""
         network = self.network
-        (judge_planar if self.d == 2 else judge_spatial)(network.address)
+        judge_network(network.address, self.d)
 
         def solve(k: int) -> bool:
             if network.islands.residual[k] <= INSIDE_RESIDUAL:

@@ -39,7 +39,7 @@ from nonsmooth.contact.network.problem import Network, relative_velocity, roundi
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.round_rows import RoundRows
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
-from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit import in_dimensions, kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import EPS
 
@@ -394,13 +394,7 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
     islands.residual[k] = least
 
 
-@kernel("int64(int64, int64, int64)")
-def solve_planar(network_at, solver_at, desk_at):
-    """``solve`` in the plane; the desk is that of the solver, or of a thread (``parallel``)."""
-    return solve(view(network_at, Network), view(solver_at, Solver), view(desk_at, Desk), 2, 3)
-
-
-@kernel("int64(int64, int64, int64)")
-def solve_spatial(network_at, solver_at, desk_at):
-    """``solve`` in space."""
-    return solve(view(network_at, Network), view(solver_at, Solver), view(desk_at, Desk), 3, 6)
+@in_dimensions("int64(int64, int64, int64)")
+def solve_network(network_at, solver_at, desk_at, d):
+    """``solve``; the desk is that of the solver, or of a thread (``parallel``)."""
+    return solve(view(network_at, Network), view(solver_at, Solver), view(desk_at, Desk), d, 3 * (d - 1))

@@ -24,9 +24,8 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import ask_of_guides
 from nonsmooth.integrators.assembly.landed import is_ball, reach_to_touch
-from nonsmooth.integrators.assembly.planar import write_rows_planar
-from nonsmooth.integrators.assembly.spatial import write_rows_spatial
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.assembly.of_body import write_rows
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
 from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_DRIVE, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
@@ -124,54 +123,35 @@ def write_compliance(surfaces, found, c, dt, network):
     network.b[c, 0] = found.gap[c] / (dt + damping / k)
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
-def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
-    """The rows of a planar step, and where their solution starts; network.n_c contacts were found."""
+@in_dimensions("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt, d):
+    """The rows of a step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
-    begin(bodies, network, 3)
+    begin(bodies, network, 3 * (d - 1))
     find_all_sources(shapes, bodies, found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         reach_to_touch(bodies, found, network, c)
-        write_rows_planar(bodies, found, c, network)
+        write_rows(bodies, found, c, network, d)
         write_gap(bodies, found, c, dt, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
-        ask_of_guides(bodies, found, network, c, 2, dt)
-        at = contacts.source[c]
-        network.P[c, 0], network.P[c, 1] = 0.0, 0.0
-        if at >= 0 and has_same_normal(found, contacts, c, at):
-            network.P[c, 0], network.P[c, 1] = contacts.own_before[at, 0], contacts.own_before[at, 1]
-        elif at >= 0:
-            n_x, n_y = found.normal[c, 0], found.normal[c, 1]
-            p_x, p_y = contacts.P_before[at, 0], contacts.P_before[at, 1]
-            network.P[c, 0], network.P[c, 1] = n_x * p_x + n_y * p_y, n_x * p_y - n_y * p_x
+        ask_of_guides(bodies, found, network, c, d, dt)
+        start_from_before(found, contacts, network, c, d)
 
 
-@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
-def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
-    """The rows of a spatial step, and where their solution starts; network.n_c contacts were found."""
-    bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
-    found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
-    begin(bodies, network, 6)
-    find_all_sources(shapes, bodies, found, network.n_c, contacts)
-    for c in range(network.n_c):
-        contacts.e[c] = write_law(shapes, surfaces, found, c, network)
-        reach_to_touch(bodies, found, network, c)
-        write_rows_spatial(bodies, found, c, network)
-        write_gap(bodies, found, c, dt, network)
-        if surfaces.is_compliant == 1:
-            write_compliance(surfaces, found, c, dt, network)
-        ask_of_guides(bodies, found, network, c, 3, dt)
-        at = contacts.source[c]
-        is_kept = at >= 0 and has_same_normal(found, contacts, c, at)
-        for row in range(3):
-            total = contacts.own_before[at, row] if is_kept else 0.0
-            if at >= 0 and not is_kept:
-                for k in range(3):
-                    total += network.J_j[c, row, k] * contacts.P_before[at, k]
-            network.P[c, row] = total
+@kernel
+def start_from_before(found, contacts, network, c, d):
+    """The impulses of the step before: in the rows of contact c, or turned to them where its normal has changed."""
+    at = contacts.source[c]
+    is_kept = at >= 0 and has_same_normal(found, contacts, c, at)
+    for row in range(d):
+        total = contacts.own_before[at, row] if is_kept else 0.0
+        if at >= 0 and not is_kept:
+            for k in range(d):
+                total += network.J_j[c, row, k] * contacts.P_before[at, k]
+        network.P[c, row] = total
 
 
 @kernel

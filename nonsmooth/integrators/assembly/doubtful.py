@@ -28,7 +28,7 @@ from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.planar.reduction import SAME_ROW
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.jit import kernel
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.scenes.detection import Found
 
@@ -58,23 +58,11 @@ class Doubts(Block, few=FEW_TOUCHING):
     S: Array[Floats, "few", "2 * few", "2 * few"]  # what is left of it, one a level
 
 
-@kernel("int64(int64, int64, int64, int64, int64)")
-def find_doubtful_planar(bodies_at, found_at, network_at, doubts_at, is_start):
-    """List the doubtful islands of a planar step whose rows are prepared; returns how many they are."""
+@in_dimensions("int64(int64, int64, int64, int64, int64)")
+def find_doubtful(bodies_at, found_at, network_at, doubts_at, is_start, d):
+    """List the doubtful islands of a step whose rows are prepared; returns how many they are."""
     bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
-    return find_doubtful(bodies, found, network, view(doubts_at, Doubts), is_start, 2)
-
-
-@kernel("int64(int64, int64, int64, int64, int64)")
-def find_doubtful_spatial(bodies_at, found_at, network_at, doubts_at, is_start):
-    """The same in space."""
-    bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
-    return find_doubtful(bodies, found, network, view(doubts_at, Doubts), is_start, 3)
-
-
-@kernel
-def find_doubtful(bodies, found, network, doubts, is_start, d):
-    """List the doubtful islands."""
+    doubts = view(doubts_at, Doubts)
     n, near = 3 * (d - 1), doubts.near if is_start == 1 else 0.0
     doubts.count = 0
     for k in range(network.islands.count):

@@ -16,7 +16,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.network.joint import JOINT_LIMIT, is_joint
 from nonsmooth.contact.network.patience import Patience, copy_patience
 from nonsmooth.contact.network.problem import Network
-from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.progress import Progress
 from nonsmooth.integrators.assembly.project import SHARE, Moves, has_joints
@@ -67,7 +67,7 @@ def draw_together(progress_at, d):
             return 0
         begin_places(network, solver, held)
         write_drifts(found, contacts, network, moves, progress.dt)
-    wanted = solve_places(places, d)
+    wanted = solve_network(places.network, places.solver, places.desk, d)
     if wanted > 0:
         return wanted
     take_push(network, view(places.moves, Moves))
@@ -81,14 +81,6 @@ def begin_places(network, solver, held):
     copy_problem(network, held, network.n_c, network.islands.count)
     copy_patience(solver.patience, held.patience)
     held.contradicted, held.is_begun = solver.contradicted, 1
-
-
-@kernel
-def solve_places(places, d):
-    """Solve the problem of the places; 0, or how many blocks of factors are wanted."""
-    if d == 2:
-        return solve_planar(places.network, places.solver, places.desk)
-    return solve_spatial(places.network, places.solver, places.desk)
 
 
 @kernel

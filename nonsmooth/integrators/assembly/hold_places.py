@@ -12,15 +12,14 @@ from __future__ import annotations
 
 from nonsmooth.contact.network.joint import is_joint, may_land
 from nonsmooth.contact.network.problem import Network
-from nonsmooth.contact.network.solve import Solver
+from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.draw_together import Held, begin_places, end_places, solve_places
+from nonsmooth.integrators.assembly.draw_together import Held, begin_places, end_places
 from nonsmooth.integrators.assembly.joints import Joints, drift_of_joint, first_joint, largest_drift
-from nonsmooth.integrators.assembly.planar import move_planar
+from nonsmooth.integrators.assembly.of_body import move_body
 from nonsmooth.integrators.assembly.progress import Progress
 from nonsmooth.integrators.assembly.project import Moves, has_joints, normal_velocity
-from nonsmooth.integrators.assembly.spatial import move_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import rounded_sum
@@ -50,7 +49,7 @@ def hold_places(progress_at, d):
         if held.is_begun == 0:
             begin_places(network, solver, held)
             write_problem(bodies, found, contacts, network, held, progress.dt)
-        wanted = solve_places(places, d)
+        wanted = solve_network(places.network, places.solver, places.desk, d)
         if wanted > 0:
             return wanted
         push(bodies, network, moves, held, progress, d)
@@ -138,9 +137,6 @@ def push(bodies, network, moves, held, progress, d):
         if held.is_parted[k] == 1:
             for at in range(islands.body_start[k], islands.body_start[k + 1]):
                 b = islands.bodies[at]
-                if d == 2:
-                    move_planar(bodies, b, progress.dt, network.v)
-                else:
-                    move_spatial(bodies, b, progress.dt, network.v)
+                move_body(bodies, b, progress.dt, network.v, d)
                 for x in range(network.v.shape[1]):
                     moves.push[b, x] += network.v[b, x]

@@ -35,10 +35,10 @@ from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.energy_limit import note_landing
 from nonsmooth.integrators.assembly.landed import go_on
-from nonsmooth.integrators.assembly.planar import write_rows_planar
+from nonsmooth.integrators.assembly.of_body import write_rows
 from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, normal_velocity
-from nonsmooth.integrators.assembly.spatial import take_spins, write_rows_spatial
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.assembly.spatial import take_spins
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.shape_rows import Shapes
@@ -100,32 +100,19 @@ def write_impact(bodies, shapes, found, contacts, network, dt, d):
             network.v_free[b, x] = network.v[b, x]
 
 
-@kernel("int64(int64, int64, int64, int64, int64, float64, float64)")
-def begin_impact_planar(bodies_at, shapes_at, found_at, contacts_at, network_at, dt, whole):
-    """Write the contact problem of the impacts of a planar step; returns how many contacts rebound."""
+@in_dimensions("int64(int64, int64, int64, int64, int64, float64, float64)")
+def begin_impact(bodies_at, shapes_at, found_at, contacts_at, network_at, dt, whole, d):
+    """Write the contact problem of the impacts of a step; returns how many contacts rebound."""
     bodies, shapes, found = view(bodies_at, Bodies), view(shapes_at, Shapes), view(found_at, Found)
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
-    count = mark_impacts(bodies, found, contacts, network, dt, whole, 3)
+    count = mark_impacts(bodies, found, contacts, network, dt, whole, 3 * (d - 1))
     if count > 0:
-        note_landing(bodies, contacts, network, 2)
-        write_impact(bodies, shapes, found, contacts, network, dt, 2)
+        note_landing(bodies, contacts, network, d)
+        if d == 3:
+            take_spins(bodies, network.v)
+        write_impact(bodies, shapes, found, contacts, network, dt, d)
         for c in range(network.n_c):
-            write_rows_planar(bodies, found, c, network)
-    return count
-
-
-@kernel("int64(int64, int64, int64, int64, int64, float64, float64)")
-def begin_impact_spatial(bodies_at, shapes_at, found_at, contacts_at, network_at, dt, whole):
-    """Write the contact problem of the impacts of a spatial step; returns how many contacts rebound."""
-    bodies, shapes, found = view(bodies_at, Bodies), view(shapes_at, Shapes), view(found_at, Found)
-    contacts, network = view(contacts_at, Contacts), view(network_at, Network)
-    count = mark_impacts(bodies, found, contacts, network, dt, whole, 6)
-    if count > 0:
-        note_landing(bodies, contacts, network, 3)
-        take_spins(bodies, network.v)
-        write_impact(bodies, shapes, found, contacts, network, dt, 3)
-        for c in range(network.n_c):
-            write_rows_spatial(bodies, found, c, network)
+            write_rows(bodies, found, c, network, d)
     return count
 
 

@@ -29,8 +29,8 @@ from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.drive_rows import Drives, drive_of
 from nonsmooth.integrators.assembly.joint_rows import arm_at, row_at, write_law_of_rows, write_rows_of_joint
-from nonsmooth.integrators.assembly.planar import write_rows_planar
-from nonsmooth.integrators.assembly.spatial import cross, write_rows_spatial
+from nonsmooth.integrators.assembly.of_body import write_rows
+from nonsmooth.integrators.assembly.spatial import cross
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.scenes.detection import (
@@ -255,10 +255,8 @@ def write_rows_after(joints, bodies, found, c, network):
     d, k = network.b.shape[1], block_of(joints, found.key[c])
     if joints.w[k, 0] != POINT:
         write_rows_of_joint(joints, bodies.motion.x, k, c, network)
-    elif d == 2:
-        write_rows_planar(bodies, found, c, network)
     else:
-        write_rows_spatial(bodies, found, c, network)
+        write_rows(bodies, found, c, network, d)
     for axis in range(d):
         network.b[c, axis] = 0.0
 

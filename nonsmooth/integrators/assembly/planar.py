@@ -8,23 +8,14 @@ from __future__ import annotations
 from math import cos, sin
 
 from nonsmooth.integrators.assembly.beside import shift_body
-from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.guided import lead_guide
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import view
-
-
-@kernel("void(int64, float64)")
-def predict_planar(bodies_at, dt):
-    """The free motion of a step; bodies are put where their contacts are looked for."""
-    bodies = view(bodies_at, Bodies)
-    for b in range(bodies.mass.shape[0]):
-        predict_planar_body(bodies, b, dt)
 
 
 @kernel
 def predict_planar_body(bodies, b, dt):
-    """The same of one body; one that is still stays where it is, whatever pulls."""
+    """The free motion of body b in a step, put where its contacts are looked for; one that is still stays where it is,
+    whatever pulls."""
     v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
     is_free, load = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0, bodies.load
     for k in range(3):

@@ -26,9 +26,9 @@ from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.guided import change_of_guides, has_guide, turn_of_guides
 from nonsmooth.integrators.assembly.held_closed import is_held
-from nonsmooth.integrators.assembly.planar import move_planar
-from nonsmooth.integrators.assembly.spatial import move_freely, move_spatial
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.assembly.of_body import move_body
+from nonsmooth.integrators.assembly.spatial import move_freely
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS, rounded_sum
 from nonsmooth.scenes.detection import Found
@@ -291,47 +291,26 @@ def push_island(found, network, k, dt, n, moves):
                     push[j, x] += network.Y_j[c, 0, x] * change
 
 
-@kernel("int64(int64, int64, int64, int64, int64, float64, float64, float64)")
-def move_bodies_planar(bodies_at, found_at, contacts_at, network_at, moves_at, dt, theta, tight):
-    """Move planar bodies, and push apart those that are deep in one another; whether some are."""
+@in_dimensions("int64(int64, int64, int64, int64, int64, float64, float64, float64)")
+def move_bodies(bodies_at, found_at, contacts_at, network_at, moves_at, dt, theta, tight, d):
+    """Move bodies, and push apart those that are deep in one another; whether some are."""
     bodies, found, contacts = view(bodies_at, Bodies), view(found_at, Found), view(contacts_at, Contacts)
-    network, moves = view(network_at, Network), view(moves_at, Moves)
-    rest(found, network, 2, 3, moves, GAP_SEEN * fall_of(bodies, dt))
-    find_landings(bodies, found, contacts, network, dt, 3, moves)
-    find_move(bodies, network, theta, 3, moves)
-    mark_kept(bodies, network, moves)
-    note_beside(bodies, network, 2)
+    network, moves, n = view(network_at, Network), view(moves_at, Moves), 3 * (d - 1)
+    rest(found, network, d, n, moves, GAP_SEEN * fall_of(bodies, dt))
+    find_landings(bodies, found, contacts, network, dt, n, moves)
+    find_move(bodies, network, theta, n, moves)
     put_back(bodies)
     is_pushed = find_deep(found, network, tight, moves)
     if is_pushed:
-        find_push(found, network, dt, 3, moves)
+        find_push(found, network, dt, n, moves)
     for b in range(bodies.mass.shape[0]):
-        move_planar(bodies, b, dt, bodies.v_move)
-        if is_pushed:
-            move_planar(bodies, b, dt, moves.push)
-    return 1 if is_pushed else 0
-
-
-@kernel("int64(int64, int64, int64, int64, int64, float64, float64, float64)")
-def move_bodies_spatial(bodies_at, found_at, contacts_at, network_at, moves_at, dt, theta, tight):
-    """Move spatial bodies, and push apart those that are deep in one another; whether some are."""
-    bodies, found, contacts = view(bodies_at, Bodies), view(found_at, Found), view(contacts_at, Contacts)
-    network, moves = view(network_at, Network), view(moves_at, Moves)
-    rest(found, network, 3, 6, moves, GAP_SEEN * fall_of(bodies, dt))
-    find_landings(bodies, found, contacts, network, dt, 6, moves)
-    find_move(bodies, network, theta, 6, moves)
-    put_back(bodies)
-    is_pushed = find_deep(found, network, tight, moves)
-    if is_pushed:
-        find_push(found, network, dt, 6, moves)
-    for b in range(bodies.mass.shape[0]):
-        if bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0:
+        if d == 3 and bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0:
             k = network.islands.of[b]
             move_freely(bodies, b, network.v, dt, k >= 0 and moves.lands[k] > 0)
         else:
-            move_spatial(bodies, b, dt, bodies.v_move)
+            move_body(bodies, b, dt, bodies.v_move, d)
         if is_pushed:
-            move_spatial(bodies, b, dt, moves.push)
+            move_body(bodies, b, dt, moves.push, d)
     mark_kept(bodies, network, moves)
-    note_beside(bodies, network, 3)
+    note_beside(bodies, network, d)
     return 1 if is_pushed else 0

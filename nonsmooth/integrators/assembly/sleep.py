@@ -22,9 +22,8 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import BY_START, Solver, lasting_residual
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import impulse_before
-from nonsmooth.integrators.assembly.planar import predict_planar_body
+from nonsmooth.integrators.assembly.of_body import predict_body
 from nonsmooth.integrators.assembly.project import Moves
-from nonsmooth.integrators.assembly.spatial import predict_spatial_body
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.scenes.detection import FIRST_DRIVE, Found
@@ -213,10 +212,7 @@ def wake(bodies, contacts, asleep, owner, step):
     for b in range(asleep.island.shape[0]):
         if asleep.island[b] == owner:
             asleep.island[b] = bodies.motion.still[b] = 0
-            if d == 2:
-                predict_planar_body(bodies, b, dt)
-            else:
-                predict_spatial_body(bodies, b, dt)
+            predict_body(bodies, b, dt, d)
     give_back_impulses(contacts, asleep, owner)
     left = 0
     for row in range(asleep.n_c):

@@ -133,17 +133,10 @@ def rotate_freely(bodies, b, o_0, o_1, o_2, dt):
     return o_0, o_1, o_2, e_0, e_1, e_2
 
 
-@kernel("void(int64, float64)")
-def predict_spatial(bodies_at, dt):
-    """The free motion of a step; bodies are put where their contacts are looked for."""
-    bodies = view(bodies_at, Bodies)
-    for b in range(bodies.mass.shape[0]):
-        predict_spatial_body(bodies, b, dt)
-
-
 @kernel
 def predict_spatial_body(bodies, b, dt):
-    """The same of one body; one that is still stays where it is, whatever pulls."""
+    """The free motion of body b in a step, put where its contacts are looked for; one that is still stays where it is,
+    whatever pulls."""
     v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
     is_free = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0
     for k in range(7):

@@ -11,19 +11,19 @@ stages of this scheme: docs/theory/scenes.md.
 
 from __future__ import annotations
 
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
-from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.contact.network.problem import Network, judge_network, prepare_network
+from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.contact.planar.ladder import SPEED_SWEEPS
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
-from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts
 from nonsmooth.integrators.assembly.divided import (
     Parts,
     ask_of_landings,
     begin_next_part,
     is_taken_again,
 )
-from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
+from nonsmooth.integrators.assembly.doubtful import find_doubtful
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, rub_pins, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
@@ -31,7 +31,7 @@ from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, up
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import leave_out_hidden
 from nonsmooth.integrators.assembly.hold_places import hold_places
-from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact
 from nonsmooth.integrators.assembly.joints import (
     Joints,
     add_joints,
@@ -41,8 +41,8 @@ from nonsmooth.integrators.assembly.joints import (
     leave_out_ignored,
     write_joints,
 )
+from nonsmooth.integrators.assembly.of_body import predict_body
 from nonsmooth.integrators.assembly.pairs import Pairs, book_pairs, repeat_pairs
-from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     BY_LAW,
     DONE,
@@ -79,35 +79,23 @@ from nonsmooth.integrators.assembly.progress import (
     note_step,
     note_turns,
 )
-from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.project import move_bodies
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
-from nonsmooth.integrators.assembly.spatial import predict_spatial, take_spins, turn_inertia
+from nonsmooth.integrators.assembly.spatial import take_spins, turn_inertia
 from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, add_springs, write_springs
 from nonsmooth.integrators.assembly.together import note_together
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
-from nonsmooth.jit import kernel
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
-from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.find_contacts import find_contacts
 from nonsmooth.scenes.shape_rows import Shapes
-from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 
 
-@kernel("int64(int64, int64)")
-def take_steps_planar(progress_at, most):
-    """``take_steps`` in the plane."""
-    return take_steps(view(progress_at, Progress), most, 2)
-
-
-@kernel("int64(int64, int64)")
-def take_steps_spatial(progress_at, most):
-    """``take_steps`` in space."""
-    return take_steps(view(progress_at, Progress), most, 3)
-
-
-@kernel
-def take_steps(progress, most, d):
+@in_dimensions("int64(int64, int64)")
+def take_steps(progress_at, most, d):
     """Take so many steps; how it comes back, DONE or why not."""
+    progress = view(progress_at, Progress)
     bodies, network = view(progress.places.bodies, Bodies), view(progress.places.network, Network)
     for step in range(most):
         if is_asleep(bodies, progress):
@@ -143,7 +131,7 @@ def take_part(progress, d):
     places = progress.places
     network = view(places.network, Network)
     if progress.stage == PREDICT:
-        predict(places, progress.dt, d)
+        predict(places.bodies, progress.dt, d)
         progress.stage = FIND
     if progress.stage == FIND:
         end = find(progress, places, network, d)
@@ -221,13 +209,12 @@ def begin(progress, places, d):
     mark_guides(bodies, asleep.count > 0)
 
 
-@kernel
-def predict(places, dt, d):
-    """The free motion of the step."""
-    if d == 2:
-        predict_planar(places.bodies, dt)
-    else:
-        predict_spatial(places.bodies, dt)
+@in_dimensions("void(int64, float64)")
+def predict(bodies_at, dt, d):
+    """The free motion of a step; bodies are put where their contacts are looked for."""
+    bodies = view(bodies_at, Bodies)
+    for b in range(bodies.mass.shape[0]):
+        predict_body(bodies, b, dt, d)
 
 
 @kernel
@@ -241,14 +228,7 @@ def find(progress, places, network, d):
     if pairs.is_asked == 1 and pairs.count + network.n_c > pairs.i.shape[0]:
         progress.wanted = pairs.count + network.n_c
         return MORE_BOOKS
-    if d == 2:
-        write_contacts_planar(
-            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
-        )
-    else:
-        write_contacts_spatial(
-            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
-        )
+    write_contacts(places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt, d)
     hold(places, 0, dt)
     prepare(places, d)
     if progress.divisions > 0:
@@ -281,10 +261,7 @@ def find_among_awake(progress, places, network, d):
     others = joints.count + SIDES * springs.count + drives.count
     dt, margin, is_woken = progress.dt, margin_of(progress, bodies), True
     while is_woken:
-        if d == 2:
-            n = find_contacts_planar(places.shapes, places.motion, dt, margin, places.found, places.scratch)
-        else:
-            n = find_contacts_spatial(places.shapes, places.motion, dt, margin, places.found, places.scratch)
+        n = find_contacts(places.shapes, places.motion, dt, margin, places.found, places.scratch, d)
         if n == NOT_FINITE:
             return LOST
         if n < 0:
@@ -311,20 +288,16 @@ def find_among_awake(progress, places, network, d):
 @kernel
 def prepare(places, d):
     """What solvers need of the rows, at the present places."""
-    if d == 2:
-        prepare_planar(places.network)
-    else:
+    if d == 3:
         turn_inertia(places.bodies, places.network)
-        prepare_spatial(places.network)
+    prepare_network(places.network, d)
 
 
 @kernel
 def has_doubts(places, progress, d):
     """Whether an island of few contacts may have no solution, or several."""
     is_start = 1 if progress.counts.steps == 0 else 0
-    if d == 2:
-        return find_doubtful_planar(places.bodies, places.found, places.network, places.doubts, is_start) > 0
-    return find_doubtful_spatial(places.bodies, places.found, places.network, places.doubts, is_start) > 0
+    return find_doubtful(places.bodies, places.found, places.network, places.doubts, is_start, d) > 0
 
 
 @kernel
@@ -335,10 +308,7 @@ def solve(progress, places, network, d):
         if progress.is_shared == 0 and are_worth_sharing(network.islands, progress):
             return TOGETHER
         if progress.is_shared == 0:
-            if d == 2:
-                progress.wanted = solve_planar(places.network, places.solver, places.desk)
-            else:
-                progress.wanted = solve_spatial(places.network, places.solver, places.desk)
+            progress.wanted = solve_network(places.network, places.solver, places.desk, d)
             if progress.wanted > 0:
                 return MORE_FACTORS
         progress.is_shared = 0
@@ -348,7 +318,7 @@ def solve(progress, places, network, d):
     progress.is_tried = 0
     asleep = view(places.asleep, Asleep)
     note_islands(network, asleep, progress)
-    residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
+    residual = judge_network(places.network, d)
     note_residual(residual, network, asleep, progress, d)
     return DONE
 
@@ -383,14 +353,9 @@ def find_speeds(progress, places, network, d):
 def move(progress, places, d):
     """The places after the step."""
     bodies, found, dt, theta = places.bodies, places.found, progress.dt, progress.theta
-    if d == 2:
-        progress.is_pushed = move_bodies_planar(
-            bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
-        )
-    else:
-        progress.is_pushed = move_bodies_spatial(
-            bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight
-        )
+    progress.is_pushed = move_bodies(
+        bodies, found, places.contacts, places.network, places.moves, dt, theta, progress.tight, d
+    )
 
 
 @kernel
@@ -437,10 +402,7 @@ def rebounds(progress, places, network, d):
         return False
     book_landing(places.bodies, places.contacts, places.network, places.ledger)
     bodies, shapes, found, contacts = places.bodies, places.shapes, places.found, places.contacts
-    if d == 2:
-        count = begin_impact_planar(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole)
-    else:
-        count = begin_impact_spatial(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole)
+    count = begin_impact(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole, d)
     if count == 0:
         return False
     hold(places, 1, progress.dt)

@@ -9,16 +9,16 @@ import numpy as np
 
 from nonsmooth.contact.network.matrices import Matrices, unsolved_problem
 from nonsmooth.contact.network.parallel import Desks
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import Network, judge_network, prepare_network
 from nonsmooth.contact.network.rescue import rescue
-from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_planar, solve_spatial
+from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_network
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
-from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts
 from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, with_parts
-from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
+from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.drive_rows import RUBS, Drives, rub_pins, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
@@ -26,13 +26,12 @@ from nonsmooth.integrators.assembly.friction import take_friction, update_fricti
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.hold_places import hold_places
-from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact
 from nonsmooth.integrators.assembly.in_motion import ROOM, InMotion, Stages
 from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_reactions, leave_out_ignored, write_joints
 from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
-from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     BY_LAW,
     DOUBTFUL,
@@ -46,11 +45,11 @@ from nonsmooth.integrators.assembly.progress import (
     TOO_MANY,
     Progress,
 )
-from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
-from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.spatial import turn_inertia
 from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_springs
-from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
+from nonsmooth.integrators.assembly.stages import predict, take_steps
 from nonsmooth.integrators.assembly.struck import strike_by_law
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
 from nonsmooth.jit import Kernel
@@ -59,10 +58,9 @@ from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import FIRST_DRIVE, Found
-from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.find_contacts import find_contacts
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
-from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 from nonsmooth.scenes.spatial.placement import spatial_scratch
 from nonsmooth.scenes.spatial.solids import further_points, solid_contact
 
@@ -113,34 +111,14 @@ CARRIED = (
 def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: tuple[Kernel, ...] = ()) -> Stages:
     """Those of the plane or of space, with rare ones of the scene and its run; nothing of the other is compiled, no
     impact where nothing rebounds, and no joint where there is none."""
-    if dim == 2:
-        others = [
-            predict_planar,
-            find_doubtful_planar,
-            write_contacts_planar,
-            prepare_planar,
-            solve_planar,
-            judge_planar,
-            move_bodies_planar,
-        ]
-        others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
-        others += [write_joints, draw_together, hold_places, book_reactions] if has_joints else []
-        others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
-        return Stages(take_steps_planar, find_contacts_planar, planar_scratch, tuple(others))
-    others = [
-        predict_spatial,
-        find_doubtful_spatial,
-        turn_inertia,
-        write_contacts_spatial,
-        prepare_spatial,
-        solve_spatial,
-        judge_spatial,
-    ]
-    others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
+    of_all = predict, find_doubtful, write_contacts, prepare_network, solve_network, judge_network, move_bodies
+    others: list[Kernel] = [entry[dim] for entry in of_all]
+    others += [turn_inertia] if dim == 3 else []
+    others += [begin_impact[dim], *OF_REBOUNDS] if has_restitution else []
     others += [write_joints, draw_together, hold_places, book_reactions] if has_joints else []
-    others += rare
-    others += [move_bodies_spatial, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
-    return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
+    others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
+    scratch = planar_scratch if dim == 2 else spatial_scratch
+    return Stages(take_steps[dim], find_contacts[dim], scratch, tuple(others))
 
 
 def may_hide(shapes: Shapes) -> bool:
@@ -321,16 +299,16 @@ class Assembly(InMotion):
 
     def write_rows(self, dt: float) -> None:
         """The rows of the contacts that were found, as of a step of a length [s]."""
-        at, write = self.progress.places, write_contacts_planar if self.dim == 2 else write_contacts_spatial
-        write(at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network, dt)
+        at = self.progress.places
+        write_contacts(at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network, dt, self.dim)
 
     def solve_contacts(self) -> None:
         """Solve the contact problem of these rows, with as much room as it asks for."""
-        at, is_planar = self.progress.places, self.dim == 2
-        if not is_planar:
+        at = self.progress.places
+        if self.dim == 3:
             turn_inertia(at.bodies, at.network)
-        (prepare_planar if is_planar else prepare_spatial)(at.network)
-        while wanted := int((solve_planar if is_planar else solve_spatial)(at.network, at.solver, at.desk)):
+        prepare_network(at.network, self.dim)
+        while wanted := int(solve_network(at.network, at.solver, at.desk, self.dim)):
             self.fill = int(ROOM * wanted)
             self._make_solver()
 

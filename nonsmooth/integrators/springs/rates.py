@@ -16,8 +16,8 @@ from typing import Annotated as Array
 from nonsmooth.contact.network.problem import Network, relative_velocity
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces, find_sources, write_law
-from nonsmooth.integrators.assembly.planar import write_rows_planar
-from nonsmooth.integrators.assembly.spatial import cross, turn_inertia, write_rows_spatial
+from nonsmooth.integrators.assembly.of_body import write_rows
+from nonsmooth.integrators.assembly.spatial import cross, turn_inertia
 from nonsmooth.integrators.records import FORCE_WORK, FRICTION_WORK, N_LEDGER, NORMAL_WORK, SURFACE_WORK
 from nonsmooth.integrators.springs.exchange import begin_exchanges, insert_exchange, write_exchange
 from nonsmooth.integrators.springs.law import Law, Springs, damping_of, elastic_energy, friction, spring_and_damper
@@ -25,9 +25,8 @@ from nonsmooth.integrators.springs.table import STAGES, stage_sum
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import Found
-from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.find_contacts import find_contacts
 from nonsmooth.scenes.shape_rows import Shapes
-from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 
 # columns of the works beside those of the ledger: what springs hold, and what dampers took
 ELASTIC_ENERGY, DAMPING_WORK = N_LEDGER, N_LEDGER + 1  # code: of a column
@@ -53,9 +52,7 @@ class Books(Block, columns=N_COLUMNS):
 @kernel
 def find(places, d):
     """The closed contacts at the present places."""
-    if d == 2:
-        return find_contacts_planar(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch)
-    return find_contacts_spatial(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch)
+    return find_contacts(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch, d)
 
 
 @kernel
@@ -80,10 +77,7 @@ def write_rates(places, s, h, d):
         begin_exchanges(springs, s, 0, springs.n_before)
     for c in range(n_c):
         write_law(view(places.shapes, Shapes), view(places.surfaces, Surfaces), found, c, network)
-        if d == 2:
-            write_rows_planar(bodies, found, c, network)
-        else:
-            write_rows_spatial(bodies, found, c, network)
+        write_rows(bodies, found, c, network, d)
         push((bodies, found, network, law, springs, stages), c, s, h, d, n)
     write_motion(bodies, network, stages, s, d, n)
     return n_c

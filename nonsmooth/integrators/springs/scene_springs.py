@@ -30,17 +30,15 @@ from nonsmooth.integrators.springs.steps import (
     Course,
     Scales,
     SpringPlaces,
-    take_spring_steps_planar,
-    take_spring_steps_spatial,
+    take_spring_steps,
 )
 from nonsmooth.integrators.springs.table import STAGES
 from nonsmooth.jit.blocks import new
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import Found
-from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.find_contacts import find_contacts
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import POLYHEDRON, Shapes
-from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 from nonsmooth.scenes.spatial.placement import spatial_scratch
 
 LONGEST = 1.0  # derived: in 1/omega: a third of the time that a contact lasts, and as far as the method is stable
@@ -82,11 +80,10 @@ class SceneSprings(InMotion):
         self.omega = float(self.scales.omega.max(initial=0.0))
         require_resolved(options, self.omega, float(np.abs(bodies.motion.x[:, : self.dim]).max(initial=0.0)))
         booked = (book_exchanges, settle_pairs, begin_pairs, list_pairs) if keeps_pairs else ()
-        if self.dim == 2:
-            self.stages = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, booked)
-        else:
-            others = turn_inertia, *contacts_of(shapes, self.dim), *booked
-            self.stages = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
+        others = () if self.dim == 2 else (turn_inertia, *contacts_of(shapes, self.dim))
+        scratch = planar_scratch if self.dim == 2 else spatial_scratch
+        entry = take_spring_steps[self.dim], find_contacts[self.dim]
+        self.stages = Kernels(*entry, scratch, (*others, *booked))
         self.stages.load()
         self.progress: Course = new(Course)
         self.paradoxes: Paradoxes = new(Paradoxes, most=0, told=0)  # springs have a motion whatever the friction

@@ -37,7 +37,7 @@ from nonsmooth.integrators.springs.rates import (
     write_rates,
 )
 from nonsmooth.integrators.springs.table import EMBEDDED_ORDER, LAST_STAGE, STAGES, error_sum, stage_sum
-from nonsmooth.jit import kernel
+from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 
@@ -93,21 +93,10 @@ class Course(Block):
     wanted: int  # of what there was no room for
 
 
-@kernel("int64(int64, int64)")
-def take_spring_steps_planar(course_at, most):
-    """``take_steps`` in the plane."""
-    return take_steps(view(course_at, Course), most, 2)
-
-
-@kernel("int64(int64, int64)")
-def take_spring_steps_spatial(course_at, most):
-    """``take_steps`` in space."""
-    return take_steps(view(course_at, Course), most, 3)
-
-
-@kernel
-def take_steps(course, most, d):
+@in_dimensions("int64(int64, int64)")
+def take_spring_steps(course_at, most, d):
     """Go on to the target, in so many steps at most; DONE or why not."""
+    course = view(course_at, Course)
     scales = view(course.places.scales, Scales)
     taken = 0
     while taken < most and course.t < course.target:

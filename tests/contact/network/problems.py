@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import Network, judge_network, prepare_network
 from nonsmooth.jit.blocks import new
 
 GRAVITY, STEP, DENSITY = 9.81, 2e-3, 1000.0
@@ -40,13 +40,13 @@ def network_of(x, M, v_free, contacts, mu=0.5, fixed=()):
         network.i[c], network.j[c] = i, j
         network.J_i[c], network.J_j[c] = -rows(normal, point - x[i]), rows(normal, point - x[j])
         network.b[c, 0] = b_N
-    (prepare_planar if d == 2 else prepare_spatial)(network.address)
+    prepare_network(network.address, d)
     return network
 
 
 def judge(network):
     """The residual in all, from the impulses alone."""
-    return (judge_planar if network.b.shape[1] == 2 else judge_spatial)(network.address)
+    return judge_network(network.address, network.b.shape[1])
 
 
 def copy_of(network):
@@ -163,5 +163,5 @@ def joined(networks, rng=None, kept=None):
         joint.i[at], joint.j[at] = bodies[i], bodies[j]
         for name in ("J_i", "J_j", "b", "mu", "P"):
             getattr(joint, name)[at] = getattr(part, name)[c]
-    (prepare_planar if d == 2 else prepare_spatial)(joint.address)
+    prepare_network(joint.address, d)
     return joint

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.contact.blocks.solve import solve_contact
-from nonsmooth.contact.network.al_newton import MET, NO_ROOM, al_newton_planar, al_newton_spatial, begin_direct
+from nonsmooth.contact.network.al_newton import MET, NO_ROOM, begin_direct, solve_by_al_newton
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
 from nonsmooth.contact.planar.problem import problem_of
@@ -45,7 +45,7 @@ def direct_of(network, fill=3000):
 def solve(network, direct=None, tol=TIGHT, sweeps=20, most=200):
     """Status of each island."""
     direct = direct or direct_of(network)
-    newton = al_newton_planar if network.b.shape[1] == 2 else al_newton_spatial
+    newton = solve_by_al_newton[network.b.shape[1]]
     sweep(network, sweeps)
     begin_direct(network.address, direct.address)
     return [newton(network.address, direct.address, k, tol, most) for k in range(network.islands.count)]
@@ -161,7 +161,7 @@ def test_kernels_have_the_same_bits_interpreted(scene):
     network = {"stack": lambda: stack(3), "discs, rough": lambda: heap(9, 2, mu=1.0, speed=0.5)}[scene]()
     sweep(network, 5)
     twin, direct, twin_direct = copy_of(network), direct_of(network), direct_of(network)
-    newton = al_newton_planar if network.b.shape[1] == 2 else al_newton_spatial
+    newton = solve_by_al_newton[network.b.shape[1]]
     begin_direct(network.address, direct.address)
     interpreted(begin_direct)(twin, twin_direct)
     for k in range(network.islands.count):

@@ -5,14 +5,14 @@ import pytest
 
 from nonsmooth.contact.network.conjugate import conjugate_sweeps
 from nonsmooth.contact.network.patience import LONG_SWEEPS
-from nonsmooth.contact.network.problem import Network, island_velocities, prepare_planar
+from nonsmooth.contact.network.problem import Network, island_velocities, prepare_network
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
 from nonsmooth.contact.network.solve import (
     PAYING_SWEEPS,
     SWEEPS_WHERE_DEEP,
     Solver,
     fastest_approach,
-    solve_planar,
+    solve_network,
 )
 from nonsmooth.jit import interpreted, kernel
 from nonsmooth.jit.blocks import view
@@ -72,7 +72,7 @@ def sweep_planar_rows(network_at, solver_at, most):
 def test_conjugate_sweeps_are_those_of_the_rows_of_the_network(scene, sweeps):
     network = scene()
     twin = copy_of(network)
-    prepare_planar(twin.address)
+    prepare_network(twin.address, 2)
     solver, other = solver_of(network), solver_of(twin)
     assert sweep_discs(network.address, solver.address, sweeps, 1.0) == 0
     sweep_planar_rows(twin.address, other.address, sweeps)
@@ -195,6 +195,6 @@ def test_kernels_have_the_same_bits_interpreted(omega):
     twin = copy_of(network)
     solver, other = (solver_of(network, tol=1e-15, most_sweeps=14, most_factors=0) for _ in range(2))
     solver.over_relaxation = other.over_relaxation = omega
-    assert solve(network, solver) == interpreted(solve_planar)(twin, other, other.direct.desk) == 0
+    assert solve(network, solver) == interpreted(solve_network)(twin, other, other.direct.desk, 2) == 0
     assert has_rows(solver)
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()

@@ -12,7 +12,7 @@ from nonsmooth.contact.network import interior, rescue
 from nonsmooth.contact.network.al_newton import begin_direct, is_laid_out
 from nonsmooth.contact.network.block_factor import factorise
 from nonsmooth.contact.network.from_inside import STARTS, from_inside
-from nonsmooth.contact.network.interior import Inside, go_inside_planar, go_inside_spatial, shifted
+from nonsmooth.contact.network.interior import Inside, go_inside, shifted
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.patience import begin_problem
 from nonsmooth.jit import interpreted
@@ -50,10 +50,9 @@ SCENES = {
 }
 
 
-def go_inside(network, solver, point, most):
-    kernel = go_inside_planar if network.b.shape[1] == 2 else go_inside_spatial
+def take_steps_inside(network, solver, point, most):
     begin_direct(network.address, solver.direct.address)
-    return kernel(network.address, solver.direct.address, point.address, 0, 0.0, most)
+    return go_inside(network.address, solver.direct.address, point.address, 0, 0.0, most, network.b.shape[1])
 
 
 def point_of(network, shift=0.0):
@@ -77,7 +76,7 @@ def test_a_step_solves_the_linearised_equations_of_the_assembled_problem(name):
     network = SCENES[name]()
     solver, point = solver_of(network), point_of(network)
     d, n = network.b.shape[1], network.v.shape[1]
-    assert go_inside(network, solver, point, 4)
+    assert take_steps_inside(network, solver, point, 4)
     direct, islands = solver.direct, network.islands
     network.P[:] = 0.0
     interpreted(interior.leave)(network, point, 0, d)
@@ -148,11 +147,11 @@ def test_interpreted_steps_have_the_same_bits(name):
     for each, is_compiled in ((network, True), (twin, False)):
         solver, point = solver_of(each), point_of(each, 1e-6)
         begin_direct(each.address, solver.direct.address)
-        d, n = each.b.shape[1], each.v.shape[1]
+        d = each.b.shape[1]
         if is_compiled:
-            assert go_inside(each, solver, point, most)
+            assert take_steps_inside(each, solver, point, most)
         else:
-            assert interpreted(interior.go_inside)(each, solver.direct, point, 0, 0.0, most, d, n)
+            assert interpreted(go_inside)(each, solver.direct, point, 0, 0.0, most, d)
         ends.append(np.concatenate([each.words, point.words, solver.words]).view(np.int64))
     np.testing.assert_array_equal(*ends)
 
@@ -162,10 +161,10 @@ def test_joints_alone_have_no_inside_and_keep_their_impulses(dim):
     network = hanging_bridge(dim, is_free=True)
     solver = solver_of(network)
     assert (
-        interpreted(interior.go_inside)(network, solver.direct, point_of(network), 0, 0.0, 5, *network.J_i.shape[1:])
+        interpreted(go_inside)(network, solver.direct, point_of(network), 0, 0.0, 5, network.b.shape[1])
         and not network.P.any()
     )
-    assert go_inside(network, solver, point_of(network), 5) and not network.P.any()
+    assert take_steps_inside(network, solver, point_of(network), 5) and not network.P.any()
 
 
 def test_where_it_leads_nowhere_it_is_left_out_for_a_while(monkeypatch):
@@ -194,7 +193,7 @@ def test_every_distance_is_tried_and_the_best_impulses_are_left(monkeypatch):
     assert from_inside(network, solver.direct, 0, 1e-9, 1e-11)
     solved, least = network.P.copy(), judge(network)
 
-    def spoil(network_at, direct_at, point_at, k, tol, most):
+    def spoil(network_at, direct_at, point_at, k, tol, most, d):
         tried.append(points[-1].start)
         network.P[:] = 0.0
         network.islands.residual[0] = 1.0
@@ -206,8 +205,8 @@ def test_every_distance_is_tried_and_the_best_impulses_are_left(monkeypatch):
 
     points = []
     monkeypatch.setattr(driver, "new", remembered)
-    monkeypatch.setattr(driver, "go_inside_planar", spoil)
-    monkeypatch.setattr(driver, "al_newton_planar", lambda *_: None)
+    monkeypatch.setattr(driver, "go_inside", spoil)
+    monkeypatch.setattr(driver, "solve_by_al_newton", lambda *_: None)
     assert from_inside(network, solver.direct, 0, 0.0, 0.0)
     assert tried == [start.distance for start in STARTS]
     np.testing.assert_array_equal(network.P, solved)

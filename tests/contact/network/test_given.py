@@ -10,7 +10,7 @@ from nonsmooth.contact.blocks.problem import check_problem
 from nonsmooth.contact.blocks.result import ContactStatus
 from nonsmooth.contact.network import rounds as rounds_of_sweeps
 from nonsmooth.contact.network.given import network_of
-from nonsmooth.contact.network.problem import judge_spatial
+from nonsmooth.contact.network.problem import judge_network
 from nonsmooth.contact.network.rounds import Rounds
 
 
@@ -44,7 +44,7 @@ def test_velocities_of_the_network_are_those_of_masses_and_directions():
     case = given("packing", 60, 3)
     network = network_of(*arguments(case.given))
     network.P[:] = np.random.default_rng(1).normal(size=network.P.shape)
-    judge_spatial(network.address)
+    judge_network(network.address, 3)
     expected = case.G @ network.P.ravel() + case.c
     np.testing.assert_allclose(network.gamma.ravel(), expected, atol=1e-12 * np.abs(expected).max())
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from nonsmooth.contact.network.al_newton import MET, al_newton_planar, al_newton_spatial, begin_direct
+from nonsmooth.contact.network.al_newton import MET, begin_direct, solve_by_al_newton
 from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.joint import JOINED, solve_joint
 from nonsmooth.contact.network.matrices import matrices_of
-from nonsmooth.contact.network.problem import prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import prepare_network
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.spheres import are_spheres
 from nonsmooth.jit import interpreted
@@ -43,7 +43,7 @@ def hanging_bridge(dim, is_free=False, is_hooked=True):
     v_free[1:] += rng.normal(size=v_free[1:].shape) * 0.1 * STEP
     network = network_of(x, M, v_free, contacts, 0.5, (0,))
     network.mu[n:] = JOINED
-    (prepare_planar if dim == 2 else prepare_spatial)(network.address)
+    prepare_network(network.address, dim)
     return network
 
 
@@ -76,8 +76,7 @@ def test_sweeps_factors_and_elimination_agree(dim):
     sweep(sweeps, 20_000, 1e-15)
     solver = solver_of(direct)
     begin_direct(direct.address, solver.direct.address)
-    rung = al_newton_planar if dim == 2 else al_newton_spatial
-    assert rung(direct.address, solver.direct.address, 0, 1e-13, 200) == MET
+    assert solve_by_al_newton(direct.address, solver.direct.address, 0, 1e-13, 200, dim) == MET
     dense.islands.residual[0] = judge(dense)
     rescue(dense, solver_of(dense), 1e-10)
     assert dense.islands.is_met[0] == 1
@@ -94,7 +93,7 @@ def test_ladder_does_nothing_when_it_is_called_again(dim):
     network = hanging_bridge(dim)
     assert solve(network, tol=1e-6) == 0 and network.islands.is_met[0] == 1
     P = network.P.copy()
-    (prepare_planar if dim == 2 else prepare_spatial)(network.address)
+    prepare_network(network.address, dim)
     assert solve(network, tol=1e-6) == 0
     np.testing.assert_array_equal(network.P, P)
 
@@ -152,7 +151,7 @@ def test_a_joint_of_balls_is_not_swept_as_a_contact_of_spheres():
 def test_joints_of_bodies_that_fly_freely_are_solved_by_no_impulse(dim):
     network = hanging_bridge(dim, is_free=True, is_hooked=False)
     network.v_free[1:] = np.concatenate((np.linspace(0.1, 3.3, dim), np.zeros(2 * dim - 3)))
-    (prepare_planar if dim == 2 else prepare_spatial)(network.address)
+    prepare_network(network.address, dim)
     assert judge(network) == 0.0
     assert solve(network, tol=1e-12) == 0 and set(said(network, "is_met")) == {1}
     assert not network.P.any()

@@ -10,12 +10,10 @@ from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.problem import (
     Network,
     island_velocities,
-    judge_planar,
-    judge_spatial,
-    prepare_planar,
-    prepare_spatial,
+    judge_network,
+    prepare_network,
 )
-from nonsmooth.jit import interpreted, kernel
+from nonsmooth.jit import in_dimensions, interpreted, kernel
 from nonsmooth.jit.blocks import new, view
 from nonsmooth.numerics.rounding import EPS
 from tests.contact.network.problems import (
@@ -40,7 +38,6 @@ SCENES = {
     "spheres": lambda: heap(30, 3),
     "without friction": lambda: heap(20, 3, mu=0.0),
 }
-PREPARE = {True: prepare_planar, False: prepare_spatial}
 
 
 @kernel
@@ -53,19 +50,10 @@ def sweep_islands(network, memory, most, tol, d, n):
     return total
 
 
-@kernel("int64(int64, int64, int64, float64)")
-def sweep_planar(network_at, memory_at, most, tol):
-    """``sweep_islands`` in the plane."""
-    return sweep_islands(view(network_at, Network), view(memory_at, Conjugate), most, tol, 2, 3)
-
-
-@kernel("int64(int64, int64, int64, float64)")
-def sweep_spatial(network_at, memory_at, most, tol):
-    """``sweep_islands`` in space."""
-    return sweep_islands(view(network_at, Network), view(memory_at, Conjugate), most, tol, 3, 6)
-
-
-SWEEP = {2: sweep_planar, 3: sweep_spatial}
+@in_dimensions("int64(int64, int64, int64, float64)")
+def sweep_network(network_at, memory_at, most, tol, d):
+    """``sweep_islands`` of a network."""
+    return sweep_islands(view(network_at, Network), view(memory_at, Conjugate), most, tol, d, 3 * (d - 1))
 
 
 def memory_of(network):
@@ -75,7 +63,7 @@ def memory_of(network):
 
 def sweep(network, most, tol=0.0):
     memory = memory_of(network)
-    return SWEEP[network.b.shape[1]](network.address, memory.address, most, tol)
+    return sweep_network(network.address, memory.address, most, tol, network.b.shape[1])
 
 
 def natural_map(network):
@@ -222,11 +210,10 @@ def test_islands_solved_together_or_alone_have_the_same_bits(most):
 def test_kernels_have_the_same_bits_interpreted(scene):
     network = SCENES[scene]()
     twin = copy_of(network)
-    planar = network.b.shape[1] == 2
-    assert sweep(network, 4) == interpreted(SWEEP[2 if planar else 3])(twin, memory_of(twin), 4, 0.0)
-    assert judge(network) == interpreted(judge_planar if planar else judge_spatial)(twin)
-    prepare, interpreted_prepare = PREPARE[planar], interpreted(PREPARE[planar])
-    prepare(network.address), interpreted_prepare(twin)
+    d = network.b.shape[1]
+    assert sweep(network, 4) == interpreted(sweep_network)(twin, memory_of(twin), 4, 0.0, d)
+    assert judge(network) == interpreted(judge_network)(twin, d)
+    prepare_network(network.address, d), interpreted(prepare_network)(twin, d)
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
 
 

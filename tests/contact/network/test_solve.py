@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.contact.network.patience import FACTORS, MANY_FACTORS
-from nonsmooth.contact.network.problem import prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import prepare_network
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import (
     BY_FACTORS,
@@ -14,8 +14,7 @@ from nonsmooth.contact.network.solve import (
     RETRY_FACTORS,
     SOLVED_TO_ROUNDING,
     Solver,
-    solve_planar,
-    solve_spatial,
+    solve_network,
 )
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
@@ -39,15 +38,13 @@ def solver_of(network, tol=1e-10, most_sweeps=50, most_factors=100, fill=3000):
 
 
 def prepare(network):
-    (prepare_planar if network.b.shape[1] == 2 else prepare_spatial)(network.address)
+    prepare_network(network.address, network.b.shape[1])
 
 
 def solve(network, solver=None, **options):
     """How many blocks of factors are wanted."""
     solver = solver or solver_of(network, **options)
-    return (solve_planar if network.b.shape[1] == 2 else solve_spatial)(
-        network.address, solver.address, solver.direct.desk.address
-    )
+    return solve_network(network.address, solver.address, solver.direct.desk.address, network.b.shape[1])
 
 
 def said(network, name):
@@ -190,12 +187,8 @@ def test_kernels_have_the_same_bits_interpreted(scene):
     twin, solver = copy_of(network), solver_of(network, tol=1e-13, most_sweeps=14)
     twin_solver = solver_of(network, tol=1e-13, most_sweeps=14)
     assert solve(network, solver) == 0
-    assert (
-        interpreted(solve_planar if network.b.shape[1] == 2 else solve_spatial)(
-            twin, twin_solver, twin_solver.direct.desk
-        )
-        == 0
-    )
+    desk, d = twin_solver.direct.desk, network.b.shape[1]
+    assert interpreted(solve_network)(twin, twin_solver, desk, d) == 0
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
     assert (solver.words.view(np.int64) == twin_solver.words.view(np.int64)).all()
     assert BY_FACTORS in said(network, "rung")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from nonsmooth.contact.network.conjugate import conjugate_sweeps
-from nonsmooth.contact.network.problem import Network, island_velocities, prepare_spatial
+from nonsmooth.contact.network.problem import Network, island_velocities, prepare_network
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
-from nonsmooth.contact.network.solve import Solver, solve_spatial
+from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.jit import interpreted, kernel
 from nonsmooth.jit.blocks import view
 from tests.contact.network.problems import copy_of, heap, judge, stack
@@ -32,7 +32,7 @@ def mirrored(network):
     twin = copy_of(network)
     for rows in (twin.J_i, twin.J_j, twin.b[:, :, None]):
         rows[:, 2] *= -1.0
-    prepare_spatial(twin.address)
+    prepare_network(twin.address, 3)
     return twin
 
 
@@ -67,7 +67,7 @@ def sweep_rows(network_at, solver_at, most):
 def test_conjugate_sweeps_are_those_of_the_rows_of_the_network(scene, sweeps):
     network = scene()
     twin = copy_of(network)
-    prepare_spatial(twin.address)
+    prepare_network(twin.address, 3)
     solver, other = solver_of(network), solver_of(twin)
     assert sweep_spheres(network.address, solver.address, sweeps, 1.0) == 0
     sweep_rows(twin.address, other.address, sweeps)
@@ -146,6 +146,6 @@ def test_kernels_have_the_same_bits_interpreted():
     network = unlike_spheres(1)
     twin = copy_of(network)
     solver, other = (solver_of(network, tol=1e-15, most_sweeps=6, most_factors=0) for _ in range(2))
-    assert solve(network, solver) == interpreted(solve_spatial)(twin, other, other.direct.desk) == 0
+    assert solve(network, solver) == interpreted(solve_network)(twin, other, other.direct.desk, 3) == 0
     assert has_rows_of_spheres(solver)
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()

@@ -9,14 +9,14 @@ import pytest
 import nonsmooth as ns
 from models import PainleveRod
 from nonsmooth.commands.run_scene import scene_as_json
-from nonsmooth.contact.network.problem import Network, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.problem import Network, prepare_network
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.ladder import solve_planar
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.integrators.assembly import paradox
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.integrators.assembly.doubtful import Doubts, find_doubtful_planar, find_doubtful_spatial
+from nonsmooth.integrators.assembly.doubtful import Doubts, find_doubtful
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.jit.kernels import called_by
@@ -292,10 +292,9 @@ def asked(network, v_0, v_free, gap=0.0):
     found = new(Found, m=len(network.mu), d=d)
     found.gap[:] = gap
     bodies.v_0[:], network.v_free[:] = v_0, v_free
-    prepare, find = (prepare_planar, find_doubtful_planar) if d == 2 else (prepare_spatial, find_doubtful_spatial)
-    load_all([prepare, find])
-    prepare(network.address)
-    find(bodies.address, found.address, network.address, doubts.address, 0)
+    load_all([prepare_network[d], find_doubtful[d]])
+    prepare_network(network.address, d)
+    find_doubtful(bodies.address, found.address, network.address, doubts.address, 0, d)
     return set(doubts.island[: int(doubts.count)].tolist())
 
 

@@ -322,13 +322,13 @@ def test_energy_that_newtons_law_makes_with_friction_is_told():
 def test_planar_scene_loads_nothing_of_space():
     program = """
 import nonsmooth as ns
-from nonsmooth.contact.network.solve import solve_spatial
-from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
+from nonsmooth.contact.network.solve import solve_network
+from nonsmooth.integrators.assembly.stages import take_steps
 from nonsmooth.scenes.spatial.find_contacts import find_contacts
 scene = ns.Scene(gravity=(0, -9.81))
 scene.body(ns.Disc(0.1), mass=1.0)
 ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
-print(take_steps_planar.is_loaded, [k.is_loaded for k in (take_steps_spatial, solve_spatial, find_contacts)])
+print(take_steps[2].is_loaded, [k.is_loaded for k in (take_steps[3], solve_network[3], find_contacts)])
 """
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert run.stdout.split("\n")[0] == "True [False, False, False]"
