@@ -263,9 +263,9 @@ def blocks_in_place_of_addresses(places: type) -> Iterator[None]:
         yield
 
 
-def on_the_ground(dim):
+def on_the_ground(dim, mu=0.3):
     """A disc, or a ball, that slides into a box on the ground."""
-    bodies = ns.Scene(gravity=(0,) * (dim - 1) + (-9.81,), material=ns.Material(mu=0.3))
+    bodies = ns.Scene(gravity=(0,) * (dim - 1) + (-9.81,), material=ns.Material(mu=mu))
     bodies.fixed(ns.HalfPlane((0, 1)) if dim == 2 else ns.HalfSpace((0, 0, 1)), name="ground")
     up, along = np.eye(dim)[-1], np.eye(dim)[0]
     round_one, box = (ns.Disc(0.1), ns.Box(0.2, 0.2)) if dim == 2 else (ns.Sphere(0.1), ns.Box(0.2, 0.2, 0.2))
@@ -292,6 +292,28 @@ def test_springs_of_a_scene_have_the_same_bits_at_both_speeds(dim, law):
     for rows in ("all_contacts", "pairs"):
         one, other = (getattr(run, rows).columns for run in (compiled, twin))
         assert len(one["i"]) > 0 and not [name for name in one if bits(one[name]) != bits(other[name])]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.filterwarnings("ignore::nonsmooth.PenetrationWarning")
+def test_what_holds_bodies_on_springs_has_the_same_bits_at_both_speeds(dim):
+    """A joint, its limit, a spring, a function as a force and a law of friction."""
+    law = ns.Penalty(1e4, damping_ratio=0.5, rtol=1e-3, atol=1e-4)
+    scene = on_the_ground(dim, ns.Stribeck(mu_s=0.5, mu_k=0.2, v_s=0.5))
+    up, axis = np.eye(dim)[-1], {} if dim == 2 else {"axis": (0, 1, 0)}
+    shape = ns.Box(0.4, 0.02) if dim == 2 else ns.Box(0.4, 0.02, 0.02)
+    scene.body(shape, mass=1.0, position=0.5 * up, spin=1.0 if dim == 2 else (0, 1.0, 0), name="arm")
+    scene.hinge("ground", "arm", at=0.5 * up, limits=(-1.0, 0.01), name="pin", **axis)
+    scene.spring("arm", "ball", stiffness=30.0, damping=1.0, length=0.2)
+    scene.force("box", lambda t, bodies: np.eye(dim)[0] * t)
+    run = {"integrator": law, "record": ("bodies", "contacts", "ledger")}
+    compiled = ns.simulate(scene, (0, 0.02), **run)
+    with interpreter(), blocks_in_place_of_addresses(SpringPlaces):
+        twin = ns.simulate(scene, (0, 0.02), **run)
+    assert compiled.stats.steps > 5 and abs(compiled.joint("pin").L[-1]).max() > 0.0
+    names = ("t", "position", "turn", "velocity", "spin", "penetration", "joint_impulses", "joint_torques")
+    assert not differing(compiled, twin, names)
+    assert not [name for name in compiled.ledger if bits(compiled.ledger[name]) != bits(twin.ledger[name])]
 
 
 def that_fails(function):

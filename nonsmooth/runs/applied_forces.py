@@ -88,6 +88,17 @@ class AppliedForces:
         v[:, : self.dim] += 0.5 * dt * self._accelerations(start)
         self._apply(self._loads(t + 0.5 * dt, x, v))
 
+    def write(self, t: float) -> None:
+        """Take the forces at a time t [s] and the state at hand, in stages of a step.
+
+        Raises
+        ------
+        InvalidInput
+            For a function that raises, or returns no force.
+        """
+        motion = self.world.bodies.motion
+        self._apply(self._loads(t, motion.x, motion.v))
+
     def _accelerations(self, load: np.ndarray) -> np.ndarray:
         """Of the centres of mass (n_b, d), of bodies that move by forces."""
         bodies = self.world.bodies

@@ -13,8 +13,8 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.law import Regularised
 from nonsmooth.integrators.penalty.options import Penalty
-from nonsmooth.mechanics.laws import ImpactLaw
-from nonsmooth.results.recorded import EVENTS
+from nonsmooth.mechanics.laws import LAW_CODE, STATIC_KINETIC, ImpactLaw
+from nonsmooth.results.recorded import EVENTS, PAIRS
 from nonsmooth.runs.recorder import SceneRun
 from nonsmooth.scenes.shapes import SPATIAL
 
@@ -88,15 +88,7 @@ def refused_by_rigid_steps(run: SceneRun) -> Iterator[str]:
 
 def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
     """What `Penalty` does not take."""
-    yield from refused_joints(run, "Penalty")
-    for what, names in (
-        ("a force", [force.body.name for force in run.scene.forces]), ("a spring", [s.name for s in run.scene.springs]),
-    ):  # fmt: skip
-        if names:
-            yield f"Penalty takes gravity and contacts alone, and the scene has {what}, {names[0]}; take MoreauJean(dt)"
-    if run.scene.ignored:
-        first, second = run.scene.ignored[0]
-        yield f"all bodies touch in Penalty, and the scene has {first.name} ignore {second.name}; take MoreauJean(dt)"
+    yield from refused_drives(run)
     if threads > 1:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "
@@ -109,22 +101,30 @@ def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
             f"springs and dampers say how bodies rebound, and a material has impact = "
             f"{ImpactLaw(run.world.surfaces.impact).name.lower()!r}; leave out impact=, or take MoreauJean(dt)"
         )
-    for body in run.scene.bodies:
-        if body.motion is not None:
-            yield (
-                f"{body.name} moves as a function says, which Penalty does not follow within its steps; give it an "
-                "even velocity, or take MoreauJean(dt)"
-            )
-    if run.world.surfaces.has_laws:
+    laws = run.world.surfaces.laws
+    if (laws[:, LAW_CODE] == STATIC_KINETIC).any():
         yield (
-            "Penalty rubs by Coulomb's law in a scene, and a material of it has a law of the sliding speed; take "
-            "MoreauJean(dt)"
+            "a spring that slides has one coefficient at rest, and a material of the scene has a law of static and "
+            "kinetic friction; take ns.Stribeck, or MoreauJean(dt)"
         )
     if run.integrator.law == "hunt-crossley" and not isinstance(run.integrator.friction, Regularised):
         yield (
             "hunt-crossley has no stiffness [N/m] that a tangential spring could have a part of; give "
             "friction=ns.Regularised(v_s), or another law"
         )
+
+
+def refused_drives(run: SceneRun) -> Iterator[str]:
+    """What of joints `Penalty` does not take."""
+    for joint in run.scene.joints:
+        held = [motor for motor in joint.motors if motor.load is None]
+        if held or joint.friction is not None:
+            what = "a motor that holds a speed" if held else "friction"
+            yield f"a joint on springs has no set-valued law, and {joint.name} has {what}; take MoreauJean(dt)"
+        if run.integrator.law == "hunt-crossley":
+            yield f"hunt-crossley has no stiffness [N/m] that {joint.name} could have; take another law"
+    if run.scene.joints and PAIRS in run.recorder.kinds:
+        yield 'pairs of Penalty are those of contacts, and the scene has joints; leave "pairs" out of record='
 
 
 def refused_joints(run: SceneRun, what: str) -> Iterator[str]:

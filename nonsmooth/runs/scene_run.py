@@ -259,6 +259,11 @@ class SceneRun:
         if progress is not None:
             self._show(progress)
 
+    @property
+    def asks_before_steps(self) -> bool:
+        """Whether a function of the user says something of each step."""
+        return bool(self.world.guided) or (self.forces is not None and self.forces.is_asked)
+
     def _ask_functions(self) -> bool:
         """``ask_functions`` for the step at hand; False where that ends the run."""
         try:
@@ -283,9 +288,9 @@ class SceneRun:
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, running_time()
-        if self.world.guided or (self.forces is not None and self.forces.is_asked):
-            if not self._ask_functions():
-                return
+        if self.asks_before_steps and not self._ask_functions():
+            return
+        if self.asks_before_steps:
             most = 1
         for watch in self.watches:
             most = watch.steps_at_once(self, most)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from nonsmooth.errors import Status
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.progress import LOST
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
@@ -16,6 +16,7 @@ from nonsmooth.runs.free_steps import FreeSteps
 from nonsmooth.runs.scene_run import SOFT
 
 SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
+MOMENT = 1e-3  # chosen: of the longest step, over which velocities of guided bodies are differences
 
 
 class SpringRun(FreeSteps):
@@ -26,13 +27,27 @@ class SpringRun(FreeSteps):
     cure = "a smaller stiffness or damping, or a larger rtol, ends this"
     has_islands = False
     ends = SPRING_ENDS
+    asks_before_steps = False  # but in their stages
     assembly: SceneSprings
 
     def _assemble(self) -> SceneSprings:
         """The scene in motion."""
-        world, (t_0, t_1) = self.world, self.table.span
         keeps_pairs = PAIRS in self.recorder.kinds
-        return SceneSprings(world.bodies, world.shapes, world.surfaces, self.integrator, t_0, t_1, keeps_pairs)
+        ask = self._ask_at if super().asks_before_steps else None
+        return SceneSprings(self.world, self.integrator, *self.table.span, keeps_pairs, ask)
+
+    def _ask_at(self, t: float) -> None:
+        """Ask functions where guided bodies are at a time t [s], and for the forces on the state at hand."""
+        self.world.place_guided(t, MOMENT * float(self.assembly.scales.longest))
+        if self.forces is not None and self.forces.is_asked:
+            self.forces.write(t)
+
+    def _take_steps(self, most: int) -> None:
+        """``SceneRun._take_steps``; a force that says nothing that can be used ends the run."""
+        try:
+            super()._take_steps(most)
+        except InvalidInput as refusal:
+            self._end_without_answer(refusal)
 
     @property
     def course(self) -> Any:

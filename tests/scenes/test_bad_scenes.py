@@ -155,10 +155,6 @@ def hung():
     "options, message",
     [
         (
-            {"integrator": ns.Penalty(1e5)},
-            r"Penalty does not hold joints, and the scene has pin; take MoreauJean\(dt\)",
-        ),
-        (
             {"integrator": ns.MoreauJean(dt=1e-3, theta=1.0, compliance=ns.Compliance(1e5))},
             r"MoreauJean with compliance= does not hold joints, and the scene has pin; take MoreauJean\(dt\), rigid",
         ),

@@ -84,10 +84,3 @@ def test_a_link_that_is_joined_may_ignore_another_body_too():
 def test_what_is_no_pair_is_refused(bodies, said):
     with pytest.raises(ns.InvalidInput, match=said):
         scene_of(2).ignore(*bodies)
-
-
-def test_penalty_refuses_it_by_name():
-    scene = scene_of(2)
-    scene.ignore("table", "ghost")
-    with pytest.raises(ns.InvalidInput, match="the scene has table ignore ghost"):
-        ns.simulate(scene, (0, 0.1), integrator=ns.Penalty(stiffness=1e5))

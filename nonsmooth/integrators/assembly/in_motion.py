@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.joints import Joints, Reactions, leave_out_ignored
 from nonsmooth.integrators.assembly.pairs import Pairs, begin_pairs, exchanged, with_room
 from nonsmooth.integrators.assembly.progress import MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS
 from nonsmooth.jit import Kernel, load_all
@@ -43,6 +44,8 @@ class InMotion:
     bodies: Bodies
     shapes: Shapes
     found: Found
+    joints: Joints
+    reactions: Reactions
     pairs: Pairs
     progress: Any
     stages: Stages
@@ -68,11 +71,13 @@ class InMotion:
 
     def find_contacts(self, margin: float = 0.0) -> int:
         """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or
-        NOT_FINITE where a body is nowhere."""
+        NOT_FINITE where a body is nowhere. Bodies that pass through one another have none."""
         while True:
             places = self.progress.places
             n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
             if 0 <= n <= len(self.found.gap):
+                if self.joints.apart > 0:
+                    n = int(leave_out_ignored(places.joints, places.shapes, places.found, n))
                 return n
             if n > 0:
                 self._make_room(int(ROOM * n))
@@ -91,8 +96,9 @@ class InMotion:
         begin_pairs(self.pairs.address)
 
     def reactions_of_joints(self) -> dict[str, np.ndarray]:
-        """Impulses and angular impulses of the last step on the second bodies of joints, of which there are none."""
-        return {"joint_impulses": np.zeros((0, self.dim)), "joint_torques": np.zeros((0, 3)[: self.dim - 1])}
+        """Impulses and angular impulses of the last step on the second bodies of joints; forces, torques on springs."""
+        torque = self.reactions.torque
+        return {"joint_impulses": self.reactions.P, "joint_torques": torque if self.dim == 3 else torque[:, 0]}
 
     @property
     def carried(self) -> dict[str, Block]:

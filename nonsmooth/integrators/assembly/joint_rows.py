@@ -1,6 +1,7 @@
 """Rows of joints with axes (joint_kinds.py): where a row points, how far it is off, and what it is on either body.
 
     along an axis u of body i:            g = u . (p_j - p_i),   J v = n . (v_j + w_j x r_j - v_i - w_i x r_i)
+    an axis of the world, both points:    g = e . (p_j - p_i),   the same J with r to the middle between the points
     axes u of i, w of j at right angles:  g = l u . w,           J v = l (w x u) . (w_j - w_i)
 
 r are the arms of p_j from the centres of both bodies, so that the impulses of both sides act at one point and angular
@@ -18,7 +19,7 @@ from math import atan2, cos, sin
 
 from nonsmooth.integrators.assembly.spatial import cross, turn_by
 from nonsmooth.jit import kernel
-from nonsmooth.scenes.joint_kinds import F_AXIS, G_AXIS, OFFSET, PLANE_ANGLE, TURN, UNUSED
+from nonsmooth.scenes.joint_kinds import F_AXIS, G_AXIS, OFFSET, PLANE_ANGLE, POINT, TURN, UNUSED
 
 PLANAR_PLACE = 3  # defined: numbers of a place in the plane
 
@@ -68,6 +69,9 @@ def angle_at(joints, x, k):
 def row_at(joints, x, k, row):
     """Where a row points at places x, and how far it is off there [m]."""
     u, w, i, j = joints.u[k, row], joints.w[k, row], joints.i[k], joints.j[k]
+    if w == POINT:
+        g, _ = offset_of(joints, x, k)
+        return (1.0 if row == 0 else 0.0, 1.0 if row == 1 else 0.0, 1.0 if row == 2 else 0.0), g[row]
     if w == PLANE_ANGLE:
         return (0.0, 0.0, 1.0), joints.lever[k] * (x[j, 2] - x[i, 2] - joints.angle[k])
     a = axis_at(x, i, joints.axes_i, k, u)
@@ -84,11 +88,14 @@ def row_at(joints, x, k, row):
 def wrench_of(joints, x, k, row, b):
     """The force and the moment of a unit impulse of a row about the centre of body b."""
     n, _ = row_at(joints, x, k, row)
-    if joints.w[k, row] != OFFSET:
+    w = joints.w[k, row]
+    if w != OFFSET and w != POINT:
         s = joints.lever[k]
         return (0.0, 0.0, 0.0), (s * n[0], s * n[1], s * n[2])
-    _, p = offset_of(joints, x, k)
-    return n, cross(p[0] - x[b, 0], p[1] - x[b, 1], p[2] - height_of(x, b), n[0], n[1], n[2])
+    g, p = offset_of(joints, x, k)
+    back = 0.5 if w == POINT else 0.0
+    r_0, r_1, r_2 = p[0] - back * g[0] - x[b, 0], p[1] - back * g[1] - x[b, 1], p[2] - back * g[2] - height_of(x, b)
+    return n, cross(r_0, r_1, r_2, n[0], n[1], n[2])
 
 
 @kernel

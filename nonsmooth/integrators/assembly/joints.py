@@ -281,15 +281,21 @@ def book_reactions(joints_at, drives_at, found_at, network_at, reactions_at, is_
 @kernel
 def book_rows(joints, k, of, c, network, reactions):
     """Book block k of rows of a joint, row c of a problem."""
-    d, most = network.b.shape[1], joints.w.shape[1] - 1
-    for row in range(d):
-        P, w = network.P[c, row], joints.w[k, min(row, most)]
-        if w == POINT or w == OFFSET:
-            for x in range(d):
-                reactions.P[of, x] += network.J_j[c, row, x] * P
-        else:
-            for x in range(2 * d - 3):
-                reactions.torque[of, x] += network.J_j[c, row, d + x] * P
+    most = joints.w.shape[1] - 1
+    for row in range(network.b.shape[1]):
+        book_row(joints.w[k, min(row, most)], network.J_j, c, row, network.P[c, row], of, reactions)
+
+
+@kernel
+def book_row(w, J, c, row, P, of, reactions):
+    """Book an impulse, or a force, along a row of a joint."""
+    d = reactions.P.shape[1]
+    if w == POINT or w == OFFSET:
+        for x in range(d):
+            reactions.P[of, x] += J[c, row, x] * P
+    else:
+        for x in range(2 * d - 3):
+            reactions.torque[of, x] += J[c, row, d + x] * P
 
 
 @kernel

@@ -289,14 +289,6 @@ class Assembly(InMotion):
             self.network.n_c = self.parts.n_c = 0
             progress.stage = PREDICT
 
-    def find_contacts(self, margin: float = 0.0) -> int:
-        """``InMotion.find_contacts``, without those between bodies that pass through one another."""
-        n = super().find_contacts(margin)
-        if self.joints.apart > 0 and n >= 0:
-            places = self.progress.places
-            n = int(leave_out_ignored(places.joints, places.shapes, places.found, n))
-        return n
-
     def write_rows(self, dt: float) -> None:
         """The rows of the contacts that were found, as of a step of a length [s]."""
         at = self.progress.places
@@ -327,11 +319,6 @@ class Assembly(InMotion):
         order = np.argsort(keys)
         joined = (np.concatenate((column[is_awake], others)) for column, others in zip(rows, resting, strict=True))
         return ContactRows(*(column[order] for column in joined))
-
-    def reactions_of_joints(self) -> dict[str, np.ndarray]:
-        """Impulses and angular impulses of the last step on the second bodies of joints."""
-        torque = self.reactions.torque
-        return {"joint_impulses": self.reactions.P, "joint_torques": torque if self.dim == 3 else torque[:, 0]}
 
     @property
     def desk(self) -> Block:

@@ -66,7 +66,7 @@ class World:
     """
 
     def __init__(self, scene: Scene, t: float) -> None:
-        self.scene, self.dim = scene, scene.dim
+        self.scene, self.dim, self.t_0 = scene, scene.dim, t
         n_b = len(scene.bodies)
         self.bodies = new(Bodies, n_b=n_b, dim=scene.dim)
         self.bodies.gravity[:] = scene.gravity
@@ -245,6 +245,13 @@ class World:
             most = GAIN_GROWTH * np.abs(bodies.gain_before[b])  # NaN at the start, which fmin passes over
             most[: self.dim] = np.maximum(most[: self.dim], dt * np.linalg.norm(bodies.gravity))
             bodies.gain[b], bodies.gain_before[b] = np.copysign(np.fmin(np.abs(told), most), told), told
+
+    def place_guided(self, t: float, dt: float) -> None:
+        """Put guided bodies where they are at a time t [s], with their velocities, differences over a short time dt."""
+        for body in self.guided:
+            before, here, after = (place_of(*place_at(body, at, self.dim)) for at in (max(t - dt, self.t_0), t, t + dt))
+            self.bodies.motion.x[body.index] = here
+            self.bodies.motion.v[body.index] = velocity_between(before, after, min(2.0 * dt, t + dt - self.t_0))
 
     def deepest_pair(self, n_c: int, found: Found) -> tuple[str, str, float]:
         """The bodies that are deepest in one another, of the contacts found, and how deep they are [m]."""

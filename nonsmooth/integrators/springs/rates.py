@@ -1,6 +1,6 @@
 """Rates of a scene with compliant contacts: the contacts at hand, their forces, and what these do to the bodies.
 
-    m v' = m g + sum la,    I omega' = sum r x la - omega x I omega,    q' = omega q/2,    xi' = gamma_T
+    m v' = m g + f + sum la,    I omega' = sum r x la - omega x I omega,    q' = omega q/2,    xi' = gamma_T
 
 Contacts are found anew at every stage. One that has no spring yet gets one, unstretched; one whose features changed
 goes on with the spring of its pair that is nearest, as impulses do in assembly/contacts.py. In space an elongation
@@ -11,48 +11,40 @@ about it.
 from __future__ import annotations
 
 import math
-from typing import Annotated as Array
 
 from nonsmooth.contact.network.problem import Network, relative_velocity
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces, find_sources, write_law
+from nonsmooth.integrators.assembly.drive_rows import Drives
+from nonsmooth.integrators.assembly.friction import law_of
+from nonsmooth.integrators.assembly.joints import Joints, leave_out_ignored
 from nonsmooth.integrators.assembly.of_body import write_rows
 from nonsmooth.integrators.assembly.spatial import cross, turn_inertia
-from nonsmooth.integrators.records import FORCE_WORK, FRICTION_WORK, N_LEDGER, NORMAL_WORK, SURFACE_WORK
+from nonsmooth.integrators.assembly.spring_rows import Springs as Coils
+from nonsmooth.integrators.records import FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK
+from nonsmooth.integrators.springs.blocks import DAMPING_WORK, N_COLUMNS, Stages
 from nonsmooth.integrators.springs.exchange import begin_exchanges, insert_exchange, write_exchange
+from nonsmooth.integrators.springs.held import hold_bodies
 from nonsmooth.integrators.springs.law import Law, Springs, damping_of, elastic_energy, friction, spring_and_damper
 from nonsmooth.integrators.springs.table import STAGES, stage_sum
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, view
+from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.find_contacts import find_contacts
 from nonsmooth.scenes.shape_rows import Shapes
 
-# columns of the works beside those of the ledger: what springs hold, and what dampers took
-ELASTIC_ENERGY, DAMPING_WORK = N_LEDGER, N_LEDGER + 1  # code: of a column
-N_COLUMNS = N_LEDGER + 2  # derived
-NO_ROOM_FOR_SPRINGS = -(2**61)  # code: as a number of contacts
-
-
-class Stages(Block, stages=STAGES, columns=N_COLUMNS):
-    """Rates at the stages of a step."""
-
-    x: Array[Floats, "stages", "n_b", "n_x"]
-    v: Array[Floats, "stages", "n_b", "n"]
-    work: Array[Floats, "stages", 1, "columns"]
-    force: Array[Floats, "n_b", "n"]  # forces and moments [N], [N m]
-
-
-class Books(Block, columns=N_COLUMNS):
-    """Works since the start [J]."""
-
-    work: Array[Floats, "columns"]
+# code: as a number of contacts: where there is no room, and, less c, where contact c has no coefficient of friction
+NO_ROOM_FOR_SPRINGS, FIRST_WITHOUT_LAW = -(2**61), -(2**60)
 
 
 @kernel
 def find(places, d):
     """The closed contacts at the present places."""
-    return find_contacts(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch, d)
+    n = find_contacts(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch, d)
+    if 0 < n <= view(places.found, Found).gap.shape[0] and view(places.joints, Joints).apart > 0:
+        n = leave_out_ignored(places.joints, places.shapes, places.found, n)
+    return n
 
 
 @kernel
@@ -75,10 +67,15 @@ def write_rates(places, s, h, d):
             springs.rate[s, at, k] = 0.0
     if springs.is_asked == 1:
         begin_exchanges(springs, s, 0, springs.n_before)
+    shapes, surfaces = view(places.shapes, Shapes), view(places.surfaces, Surfaces)
     for c in range(n_c):
-        write_law(view(places.shapes, Shapes), view(places.surfaces, Surfaces), found, c, network)
+        write_law(shapes, surfaces, found, c, network)
         write_rows(bodies, found, c, network, d)
+        if surfaces.has_laws == 1 and not take_law(shapes, surfaces, found, c, network, d):
+            return FIRST_WITHOUT_LAW - c
         push((bodies, found, network, law, springs, stages), c, s, h, d, n)
+    if is_held(places):
+        hold_bodies(address(places), s)
     write_motion(bodies, network, stages, s, d, n)
     return n_c
 
@@ -135,9 +132,26 @@ def begin_forces(bodies, network, stages, s, d, n):
             stages.force[b, x] = 0.0
             network.v[b, x] = bodies.motion.v[b, x]
         if bodies.motion.moves[b] == 1:
-            for k in range(d):
-                stages.force[b, k] = bodies.mass[b] * bodies.gravity[k]
-                stages.work[s, 0, FORCE_WORK] += stages.force[b, k] * bodies.motion.v[b, k]
+            for x in range(n):
+                weight = bodies.mass[b] * bodies.gravity[x] if x < d else 0.0
+                stages.force[b, x] = weight + bodies.load[b, x]
+                stages.work[s, 0, FORCE_WORK] += stages.force[b, x] * bodies.motion.v[b, x]
+
+
+@kernel
+def take_law(shapes, surfaces, found, c, network, d):
+    """mu of contact c at the velocity with which it slides; whether its law gives one."""
+    _, gamma_1, gamma_2 = relative_velocity(network, c, d, 3 * (d - 1))
+    mu = friction_coefficient(surfaces.laws, law_of(shapes, surfaces, found, c), math.hypot(gamma_1, gamma_2))
+    network.mu[c] = mu
+    return not is_no_friction(mu)
+
+
+@kernel
+def is_held(places):
+    """Whether there is anything besides contacts."""
+    joints, coils, drives = view(places.joints, Joints), view(places.coils, Coils), view(places.drives, Drives)
+    return joints.count + coils.count + drives.count > 0
 
 
 @kernel

@@ -6,30 +6,35 @@ What a run asks of it is what it asks of `Assembly`: steps, contacts, works, fig
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.in_motion import InMotion
 from nonsmooth.integrators.assembly.in_motion import Stages as Kernels
+from nonsmooth.integrators.assembly.joints import Reactions, leave_out_ignored
 from nonsmooth.integrators.assembly.pairs import Pairs, begin_pairs, list_pairs, settle_pairs
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes
 from nonsmooth.integrators.assembly.progress import DONE
 from nonsmooth.integrators.assembly.sleep import ContactRows, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
+from nonsmooth.integrators.assembly.spring_rows import TORSION
+from nonsmooth.integrators.assembly.spring_rows import Springs as Coils
 from nonsmooth.integrators.assembly.step import contacts_of, write_masses
+from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.penalty.law import LAWS, Regularised, TangentialSpring
 from nonsmooth.integrators.penalty.options import TIME_RESOLUTION, Penalty
+from nonsmooth.integrators.springs.blocks import Books, SpringPlaces, Stages
 from nonsmooth.integrators.springs.exchange import N_POWERS, book_exchanges
+from nonsmooth.integrators.springs.held import Row, hold_bodies
 from nonsmooth.integrators.springs.law import Law, Springs
-from nonsmooth.integrators.springs.rates import Books, Stages
 from nonsmooth.integrators.springs.steps import (
+    ASKS,
     Course,
     Scales,
-    SpringPlaces,
     take_spring_steps,
 )
 from nonsmooth.integrators.springs.table import STAGES
@@ -50,12 +55,14 @@ class SceneSprings(InMotion):
 
     Parameters
     ----------
-    bodies, shapes, surfaces : Bodies, Shapes, Surfaces
+    world : World
     options : Penalty
     t_0, t_1 : float
         Start and end [s].
     keeps_pairs : bool
         Whether what each pair of bodies exchanges is summed up (exchange.py).
+    ask : callable, optional
+        ask(t) writes what functions say of a time t [s] and the state at hand: forces, and where guided bodies are.
 
     Raises
     ------
@@ -64,28 +71,34 @@ class SceneSprings(InMotion):
     """
 
     handed = tuple(name for name in SpringPlaces.__annotations__ if name != "motion")
-    kept = "bodies", "found", "network", "springs", "rates", "ledger", "pairs", "progress"
+    kept = "bodies", "found", "network", "springs", "rates", "ledger", "pairs", "progress", "drives", "reactions"
     n_islands = 0  # of contact problems, which springs have none of
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, options: Penalty, t_0: float, t_1: float,
-        keeps_pairs: bool = False,
+        self, world: World, options: Penalty, t_0: float, t_1: float, keeps_pairs: bool = False,
+        ask: Callable[[float], None] | None = None,
     ) -> None:  # fmt: skip
-        self.bodies, self.shapes, self.surfaces, self.tol = bodies, shapes, surfaces, options.rtol
+        self.bodies, self.shapes, self.surfaces, self.tol = world.bodies, world.shapes, world.surfaces, options.rtol
+        self.joints, self.coils, self.drives, self.ask = world.joints, world.springs, world.drives, ask
+        bodies, shapes = self.bodies, self.shapes
         self.dim, n_b, n_s = len(bodies.gravity), len(bodies.mass), len(shapes.body)
         sizes = {"n_b": n_b, "n": 3 * (self.dim - 1), "n_x": 4 * self.dim - 5}
         self.law, self.rates, self.ledger = law_of(options), new(Stages, **sizes), new(Books)
         self.smallest = half_thickness(shapes)
-        self.scales = scales_of(bodies, shapes, options, self.smallest)
+        self.row, self.reactions = new(Row, n=sizes["n"]), new(Reactions, n_n=len(self.joints.begin), d=self.dim)
+        self.scales = scales_of(bodies, shapes, options, self.smallest, self.coils)
         self.omega = float(self.scales.omega.max(initial=0.0))
         require_resolved(options, self.omega, float(np.abs(bodies.motion.x[:, : self.dim]).max(initial=0.0)))
         booked = (book_exchanges, settle_pairs, begin_pairs, list_pairs) if keeps_pairs else ()
         others = () if self.dim == 2 else (turn_inertia, *contacts_of(shapes, self.dim))
         scratch = planar_scratch if self.dim == 2 else spatial_scratch
         entry = take_spring_steps[self.dim], find_contacts[self.dim]
+        others += (leave_out_ignored,) if self.joints.apart else ()
+        others += (hold_bodies,) if self.joints.count + self.coils.count + self.drives.count else ()
         self.stages = Kernels(*entry, scratch, (*others, *booked))
         self.stages.load()
         self.progress: Course = new(Course)
+        self.progress.asks = ask is not None
         self.paradoxes: Paradoxes = new(Paradoxes, most=0, told=0)  # springs have a motion whatever the friction
         self.progress.t = self.progress.target = t_0
         self.progress.h = FIRST * self.scales.longest
@@ -103,11 +116,24 @@ class SceneSprings(InMotion):
         first = int(self.progress.counts.steps)
         while True:
             end = int(self.stages.take(self.progress.address, most - (int(self.progress.counts.steps) - first)))
-            if not self.make_more_room(end):
+            if end == ASKS:
+                self._ask()
+            elif not self.make_more_room(end):
                 break
         if end != DONE:
             self.network.n_c = 0  # contacts of a step that was tried in vain
         return end
+
+    def _ask(self) -> None:
+        """Ask functions at the stage at hand; a step of which one says nothing that can be used is not begun."""
+        assert self.ask is not None
+        try:
+            self.ask(float(self.progress.asked))
+        except BaseException:
+            self.bodies.motion.x[:], self.bodies.motion.v[:] = self.bodies.x_0, self.bodies.v_0
+            self.progress.is_begun = 0
+            raise
+        self.progress.is_told = 1
 
     def contact_rows(self) -> ContactRows:
         """The contacts of the last step, with their forces."""
@@ -179,7 +205,7 @@ def law_of(options: Penalty) -> Law:
     return law
 
 
-def scales_of(bodies: Bodies, shapes: Shapes, options: Penalty, half: float) -> Scales:
+def scales_of(bodies: Bodies, shapes: Shapes, options: Penalty, half: float, coils: Coils) -> Scales:
     """Reach and frequency of each body, and the longest step."""
     scales: Scales = new(Scales, n_b=len(bodies.mass))
     scales.rtol, scales.atol, scales.thinnest = options.rtol, options.atol, 2.0 * half
@@ -188,7 +214,13 @@ def scales_of(bodies: Bodies, shapes: Shapes, options: Penalty, half: float) -> 
     np.maximum.at(scales.reach, shapes.body[is_bounded], out[is_bounded])
     moves = bodies.motion.moves == 1
     # Hunt and Crossley's spring is k sqrt(d) stiff; a metre is deeper than any contact
-    scales.omega[moves] = np.sqrt(options.stiffness / bodies.mass[moves])
+    stiffness, turning = np.full(len(moves), options.stiffness), np.zeros(len(moves))
+    for ends in (coils.i, coils.j):
+        is_line = coils.axis != TORSION
+        np.add.at(stiffness, ends[is_line], coils.stiffness[is_line])
+        np.add.at(turning, ends[~is_line], coils.stiffness[~is_line])
+    square = stiffness[moves] / bodies.mass[moves] + turning[moves] / bodies.moments[moves, 0]
+    scales.omega[moves] = np.sqrt(square)
     with np.errstate(divide="ignore"):
         scales.longest = float(LONGEST / scales.omega.max(initial=0.0))
     return scales

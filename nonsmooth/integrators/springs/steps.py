@@ -20,50 +20,43 @@ from typing import Annotated as Array
 
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.drive_rows import Drives
 from nonsmooth.integrators.assembly.pairs import Pairs
-from nonsmooth.integrators.assembly.progress import DONE, LOST, MORE_BOOKS, MORE_CONTACTS, MORE_PAIRS, Counts, Figures
+from nonsmooth.integrators.assembly.progress import (
+    DONE,
+    LOST,
+    MORE_BOOKS,
+    MORE_CONTACTS,
+    MORE_PAIRS,
+    NO_FRICTION,
+    Counts,
+    Figures,
+)
+from nonsmooth.integrators.springs.blocks import DAMPING_WORK, ELASTIC_ENERGY, N_COLUMNS, Books, SpringPlaces, Stages
 from nonsmooth.integrators.springs.exchange import book_exchanges, write_exchange
+from nonsmooth.integrators.springs.held import Row, note_stops
 from nonsmooth.integrators.springs.law import Law, Springs
 from nonsmooth.integrators.springs.rates import (
-    DAMPING_WORK,
-    ELASTIC_ENERGY,
-    N_COLUMNS,
+    FIRST_WITHOUT_LAW,
     NO_ROOM_FOR_SPRINGS,
-    Books,
-    Stages,
     given_power,
     held_energy,
+    is_held,
     turn_least,
     write_rates,
 )
-from nonsmooth.integrators.springs.table import EMBEDDED_ORDER, LAST_STAGE, STAGES, error_sum, stage_sum
+from nonsmooth.integrators.springs.table import EMBEDDED_ORDER, LAST_STAGE, STAGE_NODES, STAGES, error_sum, stage_sum
 from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 
-VANISHED = 7  # code: how a run of steps comes back, beside those of assembly/progress.py
+# code: how a run of steps comes back, as those of assembly/progress.py are; at a stage whose forces are functions
+VANISHED, ASKS = 7, 40
+ASKS_FORCES = -(2**59)  # code: as a number of contacts
 SAFETY, LEAST_CHANGE, MOST_CHANGE = 0.9, 0.2, 5.0  # chosen: of the next step
 SHORTEST = 1e-9  # chosen: of the longest step: no jump of a force needs less, but one that comes again and again does
 WAY_SHARE = 0.25  # chosen: of the thinnest body, that the fastest may move in a step
 LEAST_ENERGY = 2.0**-1022  # defined: the least normal double: an energy of bodies that do not move [J]
-
-
-class SpringPlaces(Block):
-    """Addresses of the blocks that a step is handed."""
-
-    bodies: int
-    motion: int
-    shapes: int
-    surfaces: int
-    scratch: int
-    found: int
-    network: int
-    law: int
-    springs: int
-    rates: int
-    ledger: int
-    scales: int
-    pairs: int
 
 
 class Scales(Block):
@@ -91,6 +84,13 @@ class Course(Block):
     rejected: int
     is_warm: int  # whether the rates at the present state are known
     wanted: int  # of what there was no room for
+    tried: float  # the step at hand [s]
+    is_cut: int  # whether the target cuts it
+    is_begun: int
+    stage: int  # of it
+    asks: int  # whether forces are functions
+    asked: float  # the time at which they are wanted [s]
+    is_told: int  # whether they were asked for this stage
 
 
 @in_dimensions("int64(int64, int64)")
@@ -100,13 +100,22 @@ def take_spring_steps(course_at, most, d):
     scales = view(course.places.scales, Scales)
     taken = 0
     while taken < most and course.t < course.target:
-        h, is_cut = next_step(course, scales, view(course.places.bodies, Bodies), d)
-        if h < SHORTEST * scales.longest or course.t + h == course.t:
-            if not is_cut:
-                return VANISHED
-        if has_no_room_for_pairs(course):
-            return MORE_BOOKS
+        if course.is_begun == 0:
+            h, is_cut = next_step(course, scales, view(course.places.bodies, Bodies), d)
+            if h < SHORTEST * scales.longest or course.t + h == course.t:
+                if not is_cut:
+                    return VANISHED
+            if has_no_room_for_pairs(course):
+                return MORE_BOOKS
+            begin_step(course, h, is_cut)
+        h, is_cut = course.tried, course.is_cut == 1
         n_c = try_step(course, h, d)
+        if n_c == ASKS_FORCES:
+            return ASKS
+        course.is_begun = 0
+        if FIRST_WITHOUT_LAW >= n_c > 2 * FIRST_WITHOUT_LAW:
+            course.wanted = FIRST_WITHOUT_LAW - n_c
+            return NO_FRICTION
         if n_c == NO_ROOM_FOR_SPRINGS or n_c > view(course.places.found, Found).gap.shape[0]:
             course.wanted = max(n_c, view(course.places.found, Found).gap.shape[0])
             return MORE_CONTACTS
@@ -161,10 +170,11 @@ def next_step(course, scales, bodies, d):
 
 
 @kernel
-def try_step(course, h, d):
-    """The stages of a step; the number of contacts at its end, or the code of detection that ended it."""
-    places = course.places
-    bodies, stages, springs = view(places.bodies, Bodies), view(places.rates, Stages), view(places.springs, Springs)
+def begin_step(course, h, is_cut):
+    """Begin a step of a length, from the state at hand."""
+    course.tried, course.is_cut, course.is_begun = h, 1 if is_cut else 0, 1
+    course.stage, course.is_told = course.is_warm, 0
+    bodies, springs = view(course.places.bodies, Bodies), view(course.places.springs, Springs)
     motion = bodies.motion
     for b in range(bodies.mass.shape[0]):
         for k in range(motion.x.shape[1]):
@@ -173,10 +183,21 @@ def try_step(course, h, d):
             bodies.v_0[b, k] = motion.v[b, k]
     for at in range(springs.n_before):
         springs.excess[at] = 0.0
-    n_c = 0
-    for s in range(course.is_warm, STAGES):
-        if s > 0:
-            set_stage(bodies, stages, s, h, d)
+
+
+@kernel
+def try_step(course, h, d):
+    """The stages of a step, or those that are left; the number of contacts at its end, or the code that ended it."""
+    places, n_c = course.places, 0
+    bodies, stages = view(places.bodies, Bodies), view(places.rates, Stages)
+    for s in range(course.stage, STAGES):
+        if course.is_told == 0:
+            if s > 0:
+                set_stage(bodies, stages, s, h, d)
+            if course.asks == 1:
+                course.stage, course.asked = s, course.t + STAGE_NODES[s] * h
+                return ASKS_FORCES
+        course.is_told = 0
         n_c = write_rates(places, s, h, d)
         if n_c < 0 or n_c > view(places.found, Found).gap.shape[0]:
             go_back(places, d)
@@ -295,6 +316,9 @@ def accept(course, h, d):
     for c in range(network.n_c):
         slide_back(network, found, law, springs, c, d)
     books.work[ELASTIC_ENERGY] = held_energy(law, found, network, springs)
+    if is_held(places):
+        books.work[ELASTIC_ENERGY] += view(places.row, Row).elastic
+        note_stops(view(places.drives, Drives), view(places.bodies, Bodies).motion.x)
     springs.n_before = network.n_c
     deepest = 0.0
     for c in range(network.n_c):

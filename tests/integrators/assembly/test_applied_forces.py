@@ -188,9 +188,8 @@ def test_what_cannot_be_pushed_is_refused_by_name():
         scene.force("box", (1, 0))
     scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="b")
     scene.force("b", (1, 0))
-    for integrator in (ns.Penalty(1e5), ns.EventDriven()):
-        with pytest.raises(ns.InvalidInput, match=r"force.* b|b.* force"):
-            ns.simulate(scene, (0, 0.1), integrator=integrator)
+    with pytest.raises(ns.InvalidInput, match=r"force.* b|b.* force"):
+        ns.simulate(scene, (0, 0.1), integrator=ns.EventDriven())
     with pytest.raises(ns.InvalidInput, match="a system of a scene holds no applied force"):
         scene.system()
     assert ns.simulate(scene, (0, 0.1), integrator="auto").success

@@ -138,11 +138,6 @@ def test_laws_that_need_parameters_are_refused(law, message):
         ns.Scene().pair("a", "b", mu=law)
 
 
-def test_penalty_refuses_laws_of_the_speed():
-    with pytest.raises(ns.InvalidInput, match="Penalty rubs by Coulomb's law in a scene"):
-        ns.simulate(sliding(ns.Polynomial(M0, M1)), (0, 0.1), integrator=ns.Penalty(1e5))
-
-
 def test_a_law_that_turns_negative_ends_the_run_with_the_bodies():
     with pytest.raises(ns.ModelFunctionError, match="the friction law of ground and box is negative") as failure:
         ns.simulate(sliding(ns.Polynomial(0.1, 0.2), tilt=0.8), (0, 1.0), integrator=ns.MoreauJean(1e-3))

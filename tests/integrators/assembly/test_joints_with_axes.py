@@ -497,9 +497,8 @@ def test_a_joint_that_is_none_is_refused(dim, kind, options, message):
 def test_methods_that_do_not_hold_joints_with_axes_say_so():
     scene = a_and_b(2)
     scene.slider("a", "b", axis=(1, 0), name="rail")
-    for integrator in (ns.EventDriven(), ns.Penalty(1e5)):
-        with pytest.raises(ns.InvalidInput, match="rail"):
-            ns.simulate(scene, (0, 0.1), integrator=integrator)
+    with pytest.raises(ns.InvalidInput, match="rail"):
+        ns.simulate(scene, (0, 0.1), integrator=ns.EventDriven())
     with pytest.raises(ns.InvalidInput, match="rail is a slider joint, which no system of a scene holds"):
         scene.system()
     for integrator in (ns.Adaptive(), "auto"):

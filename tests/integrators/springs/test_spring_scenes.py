@@ -240,18 +240,13 @@ def test_a_law_without_a_stiffness_is_refused_where_a_spring_would_need_it():
         ns.simulate(scene, (0, 1), integrator=ns.Penalty(1e6, law="hunt-crossley"))
 
 
-def test_a_system_takes_no_tangential_spring_and_guided_bodies_are_refused():
-    """Each names what does take it."""
-    scene, _ = block()
+def test_a_system_takes_no_tangential_spring():
     with pytest.raises(ns.InvalidInput, match="a System sticks without a spring"):
         from models import BouncingBall
 
         bouncing = BouncingBall()
         start = bouncing.state(height=1.0)
         ns.simulate(bouncing, (0, 1), *start, integrator=ns.Penalty(1e6, friction=ns.TangentialSpring()))
-    scene.kinematic(ns.Disc(0.1), motion=lambda t: (5.0 + t, 5.0), name="guide")
-    with pytest.raises(ns.InvalidInput, match="guide moves as a function says"):
-        ns.simulate(scene, (0, 1), integrator=ns.Penalty(1e6))
 
 
 def test_records_end_at_their_times_every_steps_and_budgets():
