@@ -17,7 +17,7 @@ PACKAGE = Path(ns.__file__).parent
 BETWEEN_PROCESSES = {"sweeps/pool.py", "sweeps/batches.py", "sweeps/sweep.py", "sweeps/task.py"}
 MACHINE_CODE = {"jit/internals.py"}  # whose files are verified before they are unpickled
 # which compiles the adapter that it has written itself; the sizes that stand in the classes of blocks
-OUR_OWN_CODE = {"jit/models.py", "jit/blocks.py"}
+OUR_OWN_CODE = {"jit/models.py", "jit/blocks.py", "jit/kernels.py"}
 STEP = ns.MoreauJean(dt=1e-3)
 
 

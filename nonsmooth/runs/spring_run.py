@@ -16,7 +16,7 @@ from nonsmooth.runs.free_steps import FreeSteps
 from nonsmooth.runs.scene_run import SOFT
 
 SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
-MOMENT = 1e-3  # chosen: of the longest step, over which velocities of guided bodies are differences
+GUIDE_MOMENT = 1e-3  # chosen: of the longest step, over which velocities of guided bodies are differences
 
 
 class SpringRun(FreeSteps):
@@ -38,7 +38,7 @@ class SpringRun(FreeSteps):
 
     def _ask_at(self, t: float) -> None:
         """Ask functions where guided bodies are at a time t [s], and for the forces on the state at hand."""
-        self.world.place_guided(t, MOMENT * float(self.assembly.scales.longest))
+        self.world.place_guided(t, GUIDE_MOMENT * float(self.assembly.scales.longest))
         if self.forces is not None and self.forces.is_asked:
             self.forces.write(t)
 
