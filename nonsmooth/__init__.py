@@ -156,6 +156,7 @@ _HOME = {
     "ToleranceWarning": "errors",
     "PenetrationWarning": "errors",
     "ResidualWarning": "errors",
+    "NotUnderstoodWarning": "errors",
     "UnsettledWarning": "errors",
     "Status": "errors",
 }

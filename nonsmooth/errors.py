@@ -90,6 +90,10 @@ class PenetrationWarning(NonsmoothWarning):
     """Bodies of a scene were deeper in one another than a part of the smallest of them."""
 
 
+class NotUnderstoodWarning(NonsmoothWarning):
+    """A file of another program has what a scene does not; ``scene.not_understood`` lists it."""
+
+
 class UnsettledWarning(NonsmoothWarning):
     """A figure of a steady motion was taken of one that still changes."""
 

@@ -1,5 +1,5 @@
 """Models of a file: of ``my.py:Rod`` a class, an instance, a `System`, a `Scene`, or a function that returns one; of
-``tower.toml`` a scene (scenes/scene_files.py)."""
+``tower.toml``, or an MJCF or URDF file, a scene (scenes/scene_files.py)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from typing import Any
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, said_by
 
 ENDING = ".py"
-OF_SCENES = ".toml"
+OF_SCENES = (".toml", ".xml", ".mjcf", ".urdf")
 
 
 def is_file(text: str) -> bool:
     """Whether a text means a file, or something in one."""
-    return split(text)[0].endswith((ENDING, OF_SCENES))
+    return split(text)[0].endswith((ENDING, *OF_SCENES))
 
 
 def split(text: str) -> tuple[str, str]:

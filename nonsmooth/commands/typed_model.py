@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
 
 MODEL = (
-    "a name of `nonsmooth list`, the FILE.toml of a scene, or FILE.py:NAME, a class, an instance, a System, a Scene or "
-    "a function"
+    "a name of `nonsmooth list`, the FILE.toml, FILE.xml (MJCF) or FILE.urdf of a scene, or FILE.py:NAME, a class, an "
+    "instance, a System, a Scene or a function"
 )
 
 

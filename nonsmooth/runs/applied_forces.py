@@ -3,7 +3,8 @@
     h = h(t + dt/2, x_0 + dt/2 v_0, v_0 + dt/2 a_0),    a_0 = g + M^-1 h(t, x_0, v_0)
 
 the explicit mid-point rule, of second order; what impulses do within the step is not in it. A force at a point r from
-the centre of mass has the torque r x f. Constant forces on centres of mass are written once.
+the centre of mass has the torque r x f. Constant forces on centres of mass are written once. What a motor gives to a
+joint with a spring, a damper or a rotor goes into the row of that one (assembly/drive_rows.py), at dt/2 too.
 
 Source: Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I* (1993), section II.1.
 """
@@ -18,7 +19,7 @@ from nonsmooth.integrators.assembly.accelerations import row_of
 from nonsmooth.integrators.assembly.apart import move
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.results.scene_bodies import SceneState
-from nonsmooth.scenes.elements import Force, Joint
+from nonsmooth.scenes.elements import Force, Joint, Motor
 from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of, rotate
 from nonsmooth.scenes.shapes import SPATIAL
 
@@ -42,18 +43,21 @@ class AppliedForces:
                 self.changing.append((force, self._arm_of(force, x)))
             else:
                 self.steady[force.body.index, : self.dim] += force.value
-        self.motors = [
-            (joint, motor, self._axis_of(joint, x))
-            for joint in world.scene.joints
-            for motor in joint.motors
-            if motor.load is not None
-        ]
+        loads = [(joint, motor) for joint in world.scene.joints for motor in joint.motors if motor.load is not None]
+        sprung = world.sprung
+        self.motors = [(joint, motor, self._axis_of(joint, x)) for joint, motor in loads
+                       if (joint.index, motor.along) not in sprung]  # fmt: skip
+        self.geared = [(joint, motor, *sprung[joint.index, motor.along]) for joint, motor in loads
+                       if (joint.index, motor.along) in sprung]  # fmt: skip
         self.speeds = [
             (k, scale, joint, motor.speed) for k, scale, joint, motor in world.speeds if callable(motor.speed)
         ]
-        self.is_asked = bool(self.changing or self.motors or self.speeds)
-        self.are_applied = bool(world.scene.forces or self.motors or self.speeds)
+        geared_functions = any(callable(motor.load) for _, motor, *_ in self.geared)
+        self.is_asked = bool(self.changing or self.motors or self.speeds or geared_functions)
+        self.are_applied = bool(world.scene.forces or loads or self.speeds)
         self._apply(self.steady)
+        if not geared_functions:
+            self._apply_geared(0.0, None)
 
     def _arm_of(self, force: Force, x: np.ndarray) -> np.ndarray | None:
         """Where a force acts, along the principal axes of its body."""
@@ -81,12 +85,25 @@ class AppliedForces:
         for k, scale, joint, speed in self.speeds:
             name = f"speed of the motor of {joint.name} at t = {t + dt:g} s"
             self.world.drives.speed[k] = scale * as_number(name, result_of(name, speed, t + dt, state))
-        if not (self.changing or self.motors):
+        if not (self.changing or self.motors or self.geared):
             return
         start = self._loads(t, x, v)
         move(x, 0.5 * dt * v)
         v[:, : self.dim] += 0.5 * dt * self._accelerations(start)
         self._apply(self._loads(t + 0.5 * dt, x, v))
+        self._apply_geared(t + 0.5 * dt, self._state(t + 0.5 * dt, x, v))
+
+    def _apply_geared(self, t: float, state: SceneState | None) -> None:
+        """Write what motors give to the rows of springs, in which they are summed."""
+        drives = self.world.drives
+        drives.load[:] = 0.0
+        for joint, motor, k, scale in self.geared:
+            drives.load[k] += self._value_of_motor(joint, motor, t, state) / scale
+
+    def _value_of_motor(self, joint: Joint, motor: Motor, t: float, state: SceneState | None) -> float:
+        """Torque or force that one says."""
+        name = f"the motor of {joint.name} at t = {t:g} s"
+        return as_number(name, result_of(name, motor.load, t, state) if callable(motor.load) else motor.load)
 
     def write(self, t: float) -> None:
         """Take the forces at a time t [s] and the state at hand, in stages of a step.
@@ -111,9 +128,8 @@ class AppliedForces:
         load, d = self.steady.copy(), self.dim
         state = self._state(t, x, v)
         for joint, motor, (axis, arm) in self.motors:
-            name = f"the motor of {joint.name} at t = {t:g} s"
-            said = result_of(name, motor.load, t, state) if callable(motor.load) else motor.load
-            add_motor(load, x, joint, as_number(name, said), motor.along == "angle", axis, arm)
+            value = self._value_of_motor(joint, motor, t, state)
+            add_motor(load, x, joint, value, motor.along == "angle", axis, arm)
         for force, place in self.changing:
             b = force.body.index
             f, torque = self._value_of(force, t, state)

@@ -145,8 +145,9 @@ def _require_plain(scene: Scene) -> None:
     for joint in scene.joints:
         if joint.kind not in ("joint", "hinge"):
             raise InvalidInput(f"{joint.name} is a {joint.kind} joint, which no system of a scene holds; {CURE}")
-        if joint.limits or joint.motors or joint.friction:
-            raise InvalidInput(f"{joint.name} has limits, motors or friction, which no system of a scene holds; {CURE}")
+        if joint.limits or joint.motors or joint.friction or joint.springs:
+            what = "limits, motors, friction or springs"
+            raise InvalidInput(f"{joint.name} has {what}, which no system of a scene holds; {CURE}")
     if not moving_of(scene):
         raise InvalidInput("no body of the scene moves by forces; add one by scene.body")
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_number, as_positive
-from nonsmooth.errors import InvalidInput
+from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.joint_kinds import coordinate_rows
 from nonsmooth.scenes.materials import Material
@@ -52,6 +52,8 @@ class Body:
         [kg], [kg/m^3] (in the plane [kg/m^2]); one of them, for a dynamic body.
     inertia : float or (3, 3) or None
         About the centre of mass, in the shape's axes [kg m^2]; None: of the shape, its mass spread evenly.
+    centre : (2,) or (3,) or None
+        Of mass, in the shape's frame [m]; None: of the shape. It has an inertia about it.
     surface_velocity : (2,) or (3,) or None
         Of the surface in the body's axes [m/s]: a belt that runs over it.
     motion : callable or None
@@ -70,6 +72,7 @@ class Body:
     mass: float | None = None
     density: float | None = None
     inertia: Any = None
+    centre: np.ndarray | None = None
     surface_velocity: np.ndarray | None = None
     motion: Callable[[float], Any] | None = None
 
@@ -100,6 +103,7 @@ class Joint:
     motors : list of Motor
     friction : PinFriction or None
         Of a hinge.
+    springs : list of JointSpring
     """
 
     name: str
@@ -113,6 +117,7 @@ class Joint:
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
     motors: list[Motor] = field(default_factory=list)
     friction: PinFriction | None = None
+    springs: list[JointSpring] = field(default_factory=list)
 
     def motor(self, *, torque: Any = None, force: Any = None, speed: Any = None, limit: float | None = None) -> Motor:
         """Put a motor on the angle or the travel of the joint.
@@ -155,6 +160,52 @@ class Joint:
         self.motors.append(motor)
         return motor
 
+    def spring(
+        self, *, stiffness: float = 0.0, damping: float = 0.0, rest: float = 0.0, inertia: float = 0.0,
+        along: str | None = None,
+    ) -> JointSpring:  # fmt: skip
+        """Put a spring, a damper and the inertia of a rotor on the angle or the travel s of the joint.
+
+        The second body feels -k (s - s_r) - c ds/dt - a d^2s/dt^2, and the first one the opposite. It is implicit in
+        the step, as `Scene.spring` is.
+
+        Parameters
+        ----------
+        stiffness, damping : float
+            k [N m/rad] and c [N m s/rad], of a travel [N/m] and [N s/m].
+        rest : float
+            s_r, the coordinate without a force, from the start [rad], [m].
+        inertia : float
+            a [kg m^2], [kg]: what a motor behind gears of ratio n adds, n^2 times the inertia of its rotor. It resists
+            the acceleration of the coordinate alone; what the rotor weighs is part of the first body.
+        along : {"angle", "travel"}, optional
+            Of a joint that has both.
+
+        Returns
+        -------
+        JointSpring
+
+        Raises
+        ------
+        InvalidInput
+            Of a joint without such a coordinate, for numbers that are negative, and where all are 0.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, 0))
+        >>> frame = scene.fixed(ns.Disc(0.1), name="frame")
+        >>> wheel = scene.body(ns.Disc(0.2), mass=1.0, inertia=0.5, name="wheel")
+        >>> scene.hinge("frame", "wheel", at=(0, 0), name="hub").spring(stiffness=2.0, rest=0.1, inertia=0.5)
+        JointSpring(stiffness=2, damping=0, rest=0.1, inertia=0.5)
+        >>> angle = ns.simulate(scene, (0, 2), integrator=ns.MoreauJean(dt=1e-3)).joint("hub").angle[-1]
+        >>> abs(angle - 0.1 * (1 - np.cos(2 * 2**0.5))) < 1e-6
+        np.True_
+        """
+        spring = as_joint_spring(self, stiffness, damping, rest, inertia, along)
+        self.springs.append(spring)
+        return spring
+
     @property
     def axis(self) -> np.ndarray:
         """The axis of the joint at the start, a unit vector in the axes of the world."""
@@ -195,6 +246,47 @@ class Motor:
             return f"Motor(speed={getattr(self.speed, '__name__', self.speed)}, limit={self.limit})"
         what = "torque" if self.along == "angle" else "force"
         return f"Motor({what}={getattr(self.load, '__name__', self.load)})"
+
+
+@dataclass(frozen=True)
+class JointSpring:
+    """A spring, a damper and the inertia of a rotor on the coordinate of a joint; `Joint.spring` makes it.
+
+    Attributes
+    ----------
+    along : str
+        "angle" or "travel".
+    stiffness, damping, inertia : float
+        [N m/rad], [N m s/rad], [kg m^2]; of a travel [N/m], [N s/m], [kg].
+    rest : float
+        From the start [rad], [m].
+    """
+
+    along: str
+    stiffness: float
+    damping: float
+    rest: float
+    inertia: float
+
+    def __repr__(self) -> str:
+        numbers = (f"{name}={getattr(self, name):g}" for name in ("stiffness", "damping", "rest", "inertia"))
+        return f"JointSpring({', '.join(numbers)})"
+
+
+def as_joint_spring(
+    joint: Joint, stiffness: Any, damping: Any, rest: Any, inertia: Any, along: str | None
+) -> JointSpring:
+    """A spring of a joint, checked."""
+    name, free = f"the spring of {joint.name}", list(coordinate_rows(joint.kind, len(joint.at)))
+    wanted = free[0] if along is None and len(free) == 1 else along
+    if wanted not in free:
+        has = " and ".join(free) or "no angle or travel"
+        raise InvalidInput(f"{name} has along={shown(along)}, and a {joint.kind} joint has {has} along its axis")
+    k, c, a = (as_non_negative(f"{what} of {name}", value)
+               for what, value in (("stiffness", stiffness), ("damping", damping), ("inertia", inertia)))  # fmt: skip
+    if k == c == a == 0.0:
+        raise InvalidInput(f"{name} needs stiffness=, damping= or inertia=; got none")
+    return JointSpring(wanted, k, c, as_number(f"rest of {name}", rest), a)
 
 
 def as_motor(joint: Joint, torque: Any, force: Any, speed: Any, limit: Any) -> Motor:

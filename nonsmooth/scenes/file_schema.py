@@ -12,7 +12,7 @@ from typing import Any
 
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.scene_files import BUILT, KINDS, LAWS, SHAPES, TEXTS
+from nonsmooth.scenes.scene_files import BUILT, KINDS, LAWS, OF_JOINTS, SHAPES, TEXTS
 
 Schema = dict[str, Any]
 
@@ -44,7 +44,7 @@ def _of_list(name: str, methods: tuple[str, ...]) -> Schema:
     for method in methods:
         call = _of_call(getattr(Scene, method), {"repeat": COUNTS, "kind": {"const": method}})
         if name == "joints":
-            call["properties"]["motors"] = {"type": "array", "items": {"type": "object"}}
+            call["properties"] |= {part: {"type": "array", "items": {"type": "object"}} for part in OF_JOINTS}
         if method != methods[0]:
             call["required"] = ["kind", *call["required"]]
         kinds.append(call)

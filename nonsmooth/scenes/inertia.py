@@ -43,9 +43,10 @@ def inertia_of(body: Body, dim: int) -> Inertia:
     tensor = mass / whole.mass * whole.inertia if body.inertia is None else np.atleast_2d(body.inertia)
     for moment in np.diag(tensor):
         require_between(f"moment of inertia of {body.name}", float(moment), LARGEST_MOMENT, "kg m^2")
+    centre = whole.centroid if body.centre is None else body.centre
     if dim == 2:
-        return Inertia(mass, whole.centroid, 0.0, tensor[0])
-    return Inertia(mass, whole.centroid, *principal_axes(tensor))
+        return Inertia(mass, centre, 0.0, tensor[0])
+    return Inertia(mass, centre, *principal_axes(tensor))
 
 
 def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -88,6 +88,7 @@ class Scene(Joining):
         self.t_end = None if self.t_end is None else as_positive("t_end", self.t_end, "s")
         self.dt = None if self.dt is None else as_positive("dt", self.dt, "s")
         self.built_from: dict[str, float] | None = None  # the numbers of what built it, by name
+        self.not_understood: tuple[str, ...] = ()  # of the file of another program that it was read from
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.forces: list[Force] = []
@@ -99,15 +100,16 @@ class Scene(Joining):
     def body(
         self, shape: Shape, *, position: ArrayLike | None = None, turn: Any = None, velocity: ArrayLike | None = None,
         spin: Any = None, density: float | None = None, mass: float | None = None, inertia: Any = None,
-        material: Material | None = None, surface_velocity: ArrayLike | None = None, name: str | None = None,
+        centre: ArrayLike | None = None, material: Material | None = None, surface_velocity: ArrayLike | None = None,
+        name: str | None = None,
     ) -> Body:  # fmt: skip
         """Add a body that moves by forces and impulses.
 
         Parameters
         ----------
         shape : Shape
-        position, turn, velocity, spin, surface_velocity, inertia
-            As those of `Body`; left out: 0, not turned, at rest, no belt, of the shape.
+        position, turn, velocity, spin, surface_velocity, inertia, centre
+            As those of `Body`; left out: 0, not turned, at rest, no belt, of the shape, of the shape.
         density, mass : float
             One of them: [kg/m^3], in the plane [kg/m^2], or [kg].
         material : Material, optional
@@ -131,8 +133,11 @@ class Scene(Joining):
             "density": None if density is None else as_positive(f"density of {name}", density, "kg/m^3"),
             "mass": None if mass is None else as_mass(f"mass of {name}", mass),
             "inertia": None if inertia is None else as_inertia(f"inertia of {name}", inertia, self.dim),
+            "centre": self._vector(f"centre of {name}", centre, None),
             "surface_velocity": self._vector(f"surface_velocity of {name}", surface_velocity, None),
         }
+        if centre is not None and inertia is None:
+            raise InvalidInput(f"{name} has centre= without inertia=, which is about it; give both")
         self._check_shape(name, shape)
         if not shape.has_mass:
             raise InvalidInput(f"{name} has no mass, its shape is {shape!r}; add it by scene.fixed or scene.kinematic")
@@ -396,9 +401,11 @@ class Scene(Joining):
         Parameters
         ----------
         path : path-like
-            A TOML file, as ``save`` writes it, or by hand with formulas and repetition (docs/scenes.md).
+            A TOML file, as ``save`` writes it, or by hand with formulas and repetition; a model of MuJoCo (``.xml``,
+            ``.mjcf``), or a URDF (``.urdf``): docs/scenes.md. What a scene does not have of such a one gives a
+            `NotUnderstoodWarning`, and stands in ``not_understood``, a sentence each.
         **values : float
-            In the place of those of its table ``values``.
+            In the place of those of its table ``values``; of MJCF and URDF the controls of motors, 0 if left out.
 
         Raises
         ------

@@ -17,11 +17,13 @@ file, the line and the table.
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import inspect
 import itertools
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,8 +31,9 @@ import numpy as np
 
 import nonsmooth.mechanics.laws as laws
 import nonsmooth.scenes.shapes as shapes
+from nonsmooth.checks.arrays import as_number
 from nonsmooth.checks.files import as_path, as_place, whole_file
-from nonsmooth.errors import InvalidInput, nearest, shown
+from nonsmooth.errors import InvalidInput, NotUnderstoodWarning, nearest, shown, warn_caller
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.scenes.elements import Joint, Kind, Motor
 from nonsmooth.scenes.formulas import value_of
@@ -40,16 +43,26 @@ from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import SPATIAL, Shape
 
 ENDING = ".toml"
+FOREIGN = (".xml", ".urdf", ".mjcf")  # endings of files of other programs, in XML
+READERS = {"mujoco": "mjcf", "robot": "urdf"}  # the root of such a file: the module that reads it
 KINDS = {  # the methods of Scene that the tables of a list call; the first one where a table names none
     "bodies": ("body", "fixed", "kinematic"), "joints": tuple(JOINT_KINDS), "springs": ("spring", "torsion_spring"),
     "forces": ("force",), "pairs": ("pair",), "ignored": ("ignore",),
 }  # fmt: skip
+OF_JOINTS = {"motors": "motor", "springs": "spring"}  # lists in a table of a joint, and the method that each calls
 ORDER = ("materials", *KINDS)
 OF_SCENE = ("name", "gravity", "material", "t_end", "dt")
-TEXTS = ("name", "kind", "material", "a", "b", "body", "bodies", "impact")  # keys whose texts are names
+TEXTS = ("name", "kind", "material", "a", "b", "body", "bodies", "impact", "along")  # keys whose texts are names
 SHAPES = {cls.__name__: cls for cls in vars(shapes).values() if isinstance(cls, type) and issubclass(cls, Shape)}
 LAWS = {cls.__name__: cls for cls in vars(laws).values() if isinstance(cls, type) and issubclass(cls, FrictionLaw)}
 BUILT = SHAPES | LAWS  # what {Name = arguments} makes
+
+
+class Reader(NamedTuple):
+    """Of files of another program."""
+
+    load: Callable[[Path, Mapping[str, float]], tuple[Scene, list[str]]]
+    values: Callable[[Path], dict[str, float]]
 
 
 class Table(NamedTuple):
@@ -62,6 +75,34 @@ class Table(NamedTuple):
 def load_scene(path: str | Path, **values: float) -> Scene:
     """The scene of a file, with other values by name."""
     place = as_path("path", path)
+    reader = foreign_reader(place)
+    if reader is None:
+        return load_toml(place, values)
+    scene, missed = reader.load(place, {name: as_number(f"value {name}", value) for name, value in values.items()})
+    scene.not_understood = tuple(missed)
+    if missed:
+        warn_caller(f"{place} has what the scene does not: {'; '.join(missed)}", NotUnderstoodWarning)
+    return scene
+
+
+def foreign_reader(place: Path) -> Reader | None:
+    """Who reads a file of another program: by its ending and, of XML, by its root; None for TOML."""
+    if place.suffix not in FOREIGN:
+        return None
+    try:
+        root = next(iter(ElementTree.iterparse(place, events=("start",))))[1].tag
+    except OSError as error:
+        raise InvalidInput(f"{place} cannot be read: {error.strerror}") from error
+    except (ElementTree.ParseError, StopIteration) as error:
+        raise InvalidInput(f"{place} is no XML: {error}") from error
+    if root not in READERS:
+        raise InvalidInput(f"{place} is no scene: its root must be <mujoco> or, of URDF, <robot>; got <{root}>")
+    module = importlib.import_module(f"nonsmooth.scenes.robots.{READERS[root]}")
+    return Reader(*(getattr(module, f"{act}_{READERS[root]}") for act in ("load", "values_of")))
+
+
+def load_toml(place: Path, values: dict[str, float]) -> Scene:
+    """The scene of a TOML file."""
     top, tables = _read(place, ())
     own = top.pop("values")
     for name in values:
@@ -83,7 +124,8 @@ def load_scene(path: str | Path, **values: float) -> Scene:
 def values_in(path: str | Path) -> dict[str, float]:
     """The values of a file, by name."""
     place = as_path("path", path)
-    return _numbers(place, _read(place, ())[0]["values"])
+    reader = foreign_reader(place)
+    return _numbers(place, _read(place, ())[0]["values"]) if reader is None else reader.values(place)
 
 
 def _read(place: Path, above: tuple[Path, ...]) -> tuple[dict[str, Any], dict[str, list[Table]]]:
@@ -169,10 +211,11 @@ def _add(scene: Scene, name: str, table: Table, numbers: dict[str, float], mater
     kind = entries.pop("kind", methods[0])
     if kind not in methods:
         raise InvalidInput(f"{table.where}: kind {shown(kind)} is unknown; {nearest(str(kind), [*methods])}")
-    motors = entries.pop("motors", []) if name == "joints" else []
+    parts = {key: entries.pop(key, []) if name == "joints" else [] for key in OF_JOINTS}
     joint = _call(getattr(scene, kind), Table(entries, table.where), numbers, materials)
-    for motor in motors:
-        _call(joint.motor, Table(motor, f"{table.where}, motors"), numbers, materials)
+    for key, method in OF_JOINTS.items():
+        for part in parts[key]:
+            _call(getattr(joint, method), Table(part, f"{table.where}, {key}"), numbers, materials)
 
 
 def _call(act: Any, table: Table, numbers: Mapping[str, float], materials: Mapping[str, Material]) -> Any:
@@ -314,8 +357,8 @@ def _body(scene: Scene, body: Any) -> dict[str, Any]:
     moves = {} if body.kind is Kind.FIXED else {"velocity": body.velocity, "spin": body.spin}
     return {
         "kind": kind, "name": body.name, "shape": body.shape, "position": body.position, "turn": body.turn, **moves,
-        "mass": body.mass, "density": body.density, "inertia": body.inertia, "material": material,
-        "surface_velocity": body.surface_velocity,
+        "mass": body.mass, "density": body.density, "inertia": body.inertia, "centre": body.centre,
+        "material": material, "surface_velocity": body.surface_velocity,
     }  # fmt: skip
 
 
@@ -329,6 +372,7 @@ def _joint(scene: Scene, joint: Joint) -> dict[str, Any]:
         "limits": joint.limits.get(along),
         "angle_limits": joint.limits.get("angle") if joint.kind == "cylindrical" else None,
         "motors": [_motor(joint, motor) for motor in joint.motors] or None,
+        "springs": [dataclasses.asdict(spring) for spring in joint.springs] or None,
     }  # fmt: skip
 
 

@@ -12,7 +12,8 @@ nan = math.nan
 SPATIAL = {
     "body": {
         "shape": ns.Box(0.2, 0.2, 0.2), "position": (0, 0, 1), "turn": (1, 0, 0, 0), "velocity": (0, 0, 0),
-        "spin": (0, 0, 1), "density": None, "mass": 2.0, "inertia": (1, 1, 1), "material": ns.Material(),
+        "spin": (0, 0, 1), "density": None, "mass": 2.0, "inertia": (1, 1, 1), "centre": (0, 0, 0.1),
+        "material": ns.Material(),
         "surface_velocity": (0, 0, 0),
         "name": "crate",
     },
@@ -57,6 +58,8 @@ def test_the_table_has_every_argument(method):
         ("body", {"density": 1.0}, r"crate needs either density= or mass=; got both"),
         ("body", {"mass": 0}, r"mass of crate must be positive \[kg\]; got 0"),
         ("body", {"mass": None, "density": -1.0}, r"density of crate must be positive \[kg/m\^3\]; got -1"),
+        ("body", {"centre": (0, 0)}, r"centre of crate must have 3 entries; got 2"),
+        ("body", {"inertia": None}, r"crate has centre= without inertia=, which is about it; give both"),
         ("body", {"inertia": (1, 1, 3)}, r"inertia of crate is that of no body"),
         ("body", {"inertia": (1, 0, 1)}, r"inertia of crate must be positive definite; its smallest moment is 0"),
         ("body", {"inertia": (1, 1)}, r"inertia of crate must"),

@@ -83,7 +83,13 @@ def as_said(value):
 def elements(scene):
     """All that a scene is made of."""
     joints = [
-        {**vars(joint), "a": joint.a.name, "b": joint.b.name, "motors": [vars(motor) for motor in joint.motors]}
+        {
+            **vars(joint),
+            "a": joint.a.name,
+            "b": joint.b.name,
+            "motors": [vars(motor) for motor in joint.motors],
+            "springs": [vars(spring) for spring in joint.springs],
+        }  # fmt: skip
         for joint in scene.joints
     ]
     springs = [{**vars(spring), "a": spring.a.name, "b": spring.b.name} for spring in scene.springs]
@@ -119,6 +125,7 @@ def machine():
             shape, density=1000 + k / 3, position=(k, 0.1, 1 / 3), turn=(0.6, 0, 0.8, 0), velocity=(1, k, 0),
             spin=(0, 0, 0.1), material=[None, steel, rubber][k % 3], name=f"body {k}",
         )  # fmt: skip
+    scene.body(ns.Sphere(0.1), mass=2.0, inertia=(1, 1 / 3, 1), centre=(0.1, 0, 1 / 3), position=(0, 5, 0), name="odd")
     scene.kinematic(ns.Box(1, 1, 0.1), position=(0, 9, 0), velocity=(0, 0.1, 0), spin=(0, 0, 1), name="table")
     axes = {"axis": (1, 2, 5)}
     scene.joint("body 0", "body 1", at=(0.5, 0, 0))
@@ -129,6 +136,9 @@ def machine():
         if add == scene.hinge:
             joint.motor(torque=0.25)
             joint.motor(speed=1 / 3, limit=2.0)
+            joint.spring(stiffness=1 / 3, damping=0.1, rest=-0.2, inertia=0.7)
+        if add == scene.cylindrical:
+            joint.spring(damping=1 / 7, along="travel")
     scene.slider("table", "body 0", axis=(0, 1, 0)).motor(force=-1.5)
     scene.universal("body 0", "body 7", at=(0, 0, 0), axis=(1, 0, 0), axis_b=(0, 1, 0))
     scene.fix("body 6", "body 7", at=(6, 0, 0))

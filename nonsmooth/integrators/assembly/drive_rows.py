@@ -1,7 +1,9 @@
-"""What acts along the angle or the travel that a joint leaves free: its limits, and motors that hold a speed.
+"""What acts along the angle or the travel s that a joint leaves free: limits, motors that hold a speed, and springs.
 
     limit    0 <= P _|_ s - s_lo + dt gamma >= 0, or the same of s_hi - s;    gamma = J_mid v_1 + b,  b as of joints
     motor    |P| <= M dt,   P = M dt sign(f - gamma) where the speed is not f: a contact that sticks or slides
+    spring   P/dt = f - k (s - s_r + theta dt gamma) - c gamma - a (gamma_1 - gamma_0)/dt,
+             gamma = (1 - theta) gamma_0 + theta gamma_1
 
 A limit is a contact without friction and without rebound, whose gap is the way to it; it lands as contacts do. Only the
 nearer of both is a row: where nothing presses, two that are opposite are solved by any pair of large impulses. A motor
@@ -9,24 +11,34 @@ is friction with a given normal force: its normal row has J = 0, R and b such th
 tangent is the row of the coordinate, its belt runs with the speed f at the end of the step. So what no motor can hold
 turns it back by M, and what it can is held exactly.
 
+A spring with a damper, and the inertia a of a rotor that turns along through gears, is the row of a soft joint,
+
+    gamma_1 + R P + b = 0,   1/R = dt theta B + a,   b = R (dt (k (s - s_r) - f + (1 - theta) B gamma_0) - a gamma_0)
+
+with B = theta k dt + c: it is implicit as springs between points are (spring_rows.py), and a is exact. f is that of a
+motor on the same joint: most of it may go to the rotor, and bodies feel what is left. gamma_0 of the rotor is gamma_1
+of the step before, whose row was another one: so no momentum of it is lost from step to step, which would be dt^2.
+
 The friction of a pin is a brake whose M is r sin(atan mu) |R|, R what the pin bears across its axis: the problem is
 solved again until that is the one which it leads to, as friction laws are (stages.py).
 
 Angles count as ways at the lever of the joint (joint_rows.py). In space an angle is known but for full turns, which are
-counted from step to step. Rows of drives stand between contacts and springs. In an impact motors give no impulse.
+counted from step to step. Rows of drives stand between contacts and springs. In an impact motors and springs give no
+impulse, and a rotor is struck along with its joint: P = -a (gamma_plus - gamma_minus).
 Source: for the motor, Glocker, *Set-Valued Force Laws* (2001), section 5 (force laws of sgn-type).
 """
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import isnan, pi, sqrt
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import JOINT_LIMIT, MOTOR, PIN
+from nonsmooth.contact.network.joint import JOINED, JOINT_LIMIT, MOTOR, PIN, SPRUNG
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.joint_rows import axis_at, offset_of, row_at, turn_of_side, write_side
+from nonsmooth.integrators.assembly.wandering import row_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new, view
 from nonsmooth.scenes.detection import (
@@ -40,7 +52,7 @@ from nonsmooth.scenes.detection import (
 )
 from nonsmooth.scenes.joint_kinds import E_AXIS, TURN
 
-STOPS, SPEED, RUBS = range(3)  # code: laws of a drive
+STOPS, SPEED, RUBS, SPRINGS = range(4)  # code: laws of a drive
 LOWER, UPPER = range(2)  # code: which limit is nearer
 ENDS_OF_STOPS = 2  # defined: of a coordinate
 NO_GAP = 1e30  # code: the gap of the row of a motor [m], which no contact has
@@ -54,9 +66,13 @@ class Drives(Block):
     of: Array[Ints, "n_k"]  # the joint of a drive
     begin: Array[Ints, "n_n"]  # and the first drive of a joint
     law: Array[Ints, "n_k"]
-    low: Array[Floats, "n_k"]  # s_lo [m]
+    low: Array[Floats, "n_k"]  # s_lo, or s_r of a spring [m]
     high: Array[Floats, "n_k"]  # s_hi [m], or M over the lever [N]
     arm: Array[Floats, "n_k"]  # of the circle of friction of a pin, over the lever
+    spring: Array[Floats, "n_k", "3"]  # k, c and a over the square of the lever [N/m], [N s/m], [kg]
+    load: Array[Floats, "n_k"]  # f of a motor behind a spring, over the lever [N]
+    rate: Array[Floats, "n_k"]  # gamma_1 of the step before, NaN where there is none [m/s]
+    pull: Array[Floats, "n_k"]  # of a step: b/R, but for what rows turn by [N s]
     pin: Array[Ints, "n_n"]  # of a step: the first row block of each joint that is awake
     speed: Array[Floats, "n_k"]  # f at the end of the step, times the lever [m/s]
     last: Array[Floats, "n_k"]  # s of the step before [m]
@@ -122,7 +138,12 @@ def write_drives(drives_at, bodies_at, found_at, contacts_at, network_at, is_imp
             sign = -1.0 if found.key[c] % ENDS_OF_STOPS == UPPER else 1.0
             write_coordinate(drives, bodies.motion.x, k, c, network, sign)
             contacts.e[c] = 0.0
-            if drives.law[k] != STOPS:
+            if drives.law[k] == SPRINGS:
+                write_spring(drives, bodies, k, c, network, 0.0 if is_impact == 1 else dt)
+                found.gap[c] = NO_GAP
+                for row in range(network.b.shape[1]):
+                    contacts.drift[c, row] = 0.0
+            elif drives.law[k] != STOPS:
                 write_motor(drives, bodies, k, c, network, 0.0 if is_impact == 1 else dt)
                 found.gap[c] = NO_GAP
             elif is_impact == 1:
@@ -133,8 +154,9 @@ def write_drives(drives_at, bodies_at, found_at, contacts_at, network_at, is_imp
 
 @kernel
 def write_coordinate(drives, x, k, c, network, sign):
-    """The row of the coordinate of drive k: the normal of a limit, the tangent of a motor; other rows are unused."""
-    n, to = network.v.shape[1], 0 if drives.law[k] == STOPS else 1
+    """The row of the coordinate of drive k: the normal of a limit or a spring, the tangent of a motor; other rows are
+    unused."""
+    n, to = network.v.shape[1], 1 if drives.law[k] == SPEED or drives.law[k] == RUBS else 0
     for row in range(network.b.shape[1]):
         network.b[c, row] = network.turn[c, row] = 0.0
         for y in range(n):
@@ -187,6 +209,35 @@ def write_motor(drives, bodies, k, c, network, dt):
         network.b[c, 0] = -R * drives.high[k] * dt
         network.turn[c, 1] = turn_of_drive(drives, bodies, k)
         network.b[c, 1] = network.turn[c, 1] - drives.speed[k]
+
+
+@kernel
+def write_spring(drives, bodies, k, c, network, dt):
+    """R and b of the spring, the damper and the rotor of a joint over a step; dt is 0 of an impact."""
+    stiffness, damping, rotor = drives.spring[k, 0], drives.spring[k, 1], drives.spring[k, 2]
+    network.mu[c], network.soft[c], network.sprung[c] = JOINED, NO_GAP, SPRUNG
+    if dt > 0.0:
+        s, turn = coordinate_of(drives, bodies.x_0, k), turn_of_drive(drives, bodies, k)
+        drives.last[k] = s
+        rate, _ = row_velocity(network, c, 0, bodies.v_0)
+        rate -= turn
+        theta = 1.0 - 0.5 * bodies.lead
+        B = theta * stiffness * dt + damping
+        R = 1.0 / (dt * theta * B + rotor)
+        before = rate if isnan(drives.rate[k]) else drives.rate[k]
+        pull = dt * (stiffness * (s - drives.low[k]) - drives.load[k]) + dt * (1.0 - theta) * B * rate
+        drives.pull[k] = pull - rotor * before
+        network.soft[c], network.b[c, 0] = R, turn + R * drives.pull[k]
+    elif rotor > 0.0:
+        rate, _ = row_velocity(network, c, 0, network.v_free)
+        network.soft[c], network.b[c, 0], drives.pull[k] = 1.0 / rotor, -rate, -rotor * drives.rate[k]
+
+
+@kernel
+def keep_rate(drives, k, c, network):
+    """The rate of a spring's coordinate after a solved problem, gamma_1 = -R P - R pull."""
+    if drives.law[k] == SPRINGS and network.soft[c] < NO_GAP:
+        drives.rate[k] = -network.soft[c] * (network.P[c, 0] + drives.pull[k])
 
 
 @kernel("int64(int64, int64, int64, int64, float64, float64)")

@@ -27,7 +27,7 @@ from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.drive_rows import Drives, drive_of
+from nonsmooth.integrators.assembly.drive_rows import Drives, drive_of, keep_rate
 from nonsmooth.integrators.assembly.joint_rows import arm_at, row_at, write_law_of_rows, write_rows_of_joint
 from nonsmooth.integrators.assembly.of_body import write_rows
 from nonsmooth.integrators.assembly.spatial import cross
@@ -275,6 +275,7 @@ def book_reactions(joints_at, drives_at, found_at, network_at, reactions_at, is_
         if key >= FIRST_JOINT:
             book_rows(joints, block_of(joints, key), joint_of(key), c, network, reactions)
         elif FIRST_DRIVE <= key < FIRST_SPRING:
+            keep_rate(drives, drive_of(drives, key), c, network)
             book_rows(drives, drive_of(drives, key), joint_of(key), c, network, reactions)
 
 

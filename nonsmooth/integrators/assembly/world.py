@@ -11,7 +11,7 @@ from nonsmooth.checks.parameters import layout_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
-from nonsmooth.integrators.assembly.drive_rows import RUBS, SPEED, STOPS, Drives
+from nonsmooth.integrators.assembly.drive_rows import RUBS, SPEED, SPRINGS, STOPS, Drives
 from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.integrators.assembly.spring_rows import ALONG, TORSION, Springs, line_of
 from nonsmooth.jit import interpreted, unpack_of
@@ -30,7 +30,7 @@ from nonsmooth.mechanics.laws import (
 )
 from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
-from nonsmooth.scenes.elements import Body, Joint, Kind, Motor, Spring
+from nonsmooth.scenes.elements import Body, Joint, JointSpring, Kind, Motor, Spring
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.joint_kinds import Rows, blocks_of, coordinate_rows, rows_of
@@ -162,7 +162,7 @@ class World:
         return joints
 
     def _drives(self) -> Drives:
-        """Limits and motors with a speed, along the coordinates that joints leave free."""
+        """Limits, motors with a speed and springs, along the coordinates that joints leave free."""
         d = self.dim
         listed = [(joint, *row) for joint in self.scene.joints for row in drives_of_joint(joint)]
         drives = new(Drives, n_k=len(listed), n_n=len(self.scene.joints), d=d)
@@ -170,12 +170,17 @@ class World:
         drives.of[:] = [joint.index for joint, *_ in listed]
         drives.begin[:] = np.searchsorted(drives.of, np.arange(len(self.scene.joints)))
         self.speeds: list[tuple[int, float, Joint, Motor]] = []
+        self.sprung: dict[tuple[int, str], tuple[int, float]] = {}  # coordinates with a spring: its drive and its lever
         for k, (joint, along, (low, high), what) in enumerate(listed):
             row = coordinate_rows(joint.kind, d)[along]
             self._frame(drives, k, joint, (row,))
             scale = drives.lever[k] if along == "angle" else 1.0
             if isinstance(what, PinFriction):
                 drives.law[k], drives.arm[k] = RUBS, what.arm / scale
+            elif isinstance(what, JointSpring):
+                drives.law[k], drives.low[k], drives.rate[k] = SPRINGS, low * scale, np.nan
+                drives.spring[k] = np.array((what.stiffness, what.damping, what.inertia)) / scale**2
+                self.sprung.setdefault((joint.index, along), (k, float(scale)))
             elif what is None:
                 drives.law[k], drives.low[k], drives.high[k] = STOPS, low * scale, high * scale
             else:
@@ -349,12 +354,16 @@ def law_of_impacts(pairs: list[tuple[Material, Material, float]]) -> ImpactLaw:
     return IMPACT_LAWS[law]
 
 
-def drives_of_joint(joint: Joint) -> list[tuple[str, tuple[float, float], Motor | PinFriction | None]]:
-    """The coordinates of the limits, motors and friction of a joint, their bounds, and what they are of."""
+Drive = Motor | PinFriction | JointSpring | None  # None: a limit
+
+
+def drives_of_joint(joint: Joint) -> list[tuple[str, tuple[float, float], Drive]]:
+    """The coordinates of the limits, motors, friction and springs of a joint, their bounds, and what they are of."""
     stops = [(along, pair, None) for along, pair in joint.limits.items() if not np.isinf(pair).all()]
     motors = [(motor.along, (0.0, motor.limit), motor) for motor in joint.motors if motor.speed is not None]
     rubs = [] if joint.friction is None else [("angle", (0.0, 0.0), joint.friction)]
-    return [*stops, *motors, *rubs]
+    springs = [(spring.along, (spring.rest, np.inf), spring) for spring in joint.springs]
+    return [*stops, *motors, *rubs, *springs]
 
 
 def looped_joints(listed: list[Joint]) -> set[int]:
