@@ -121,6 +121,8 @@ def refused_drives(run: SceneRun) -> Iterator[str]:
         if held or joint.friction is not None:
             what = "a motor that holds a speed" if held else "friction"
             yield f"a joint on springs has no set-valued law, and {joint.name} has {what}; take MoreauJean(dt)"
+        if joint.springs:
+            yield f"Penalty knows no springs on coordinates of joints, and {joint.name} has one; take MoreauJean(dt)"
         if run.integrator.law == "hunt-crossley":
             yield f"hunt-crossley has no stiffness [N/m] that {joint.name} could have; take another law"
     if run.scene.joints and PAIRS in run.recorder.kinds:

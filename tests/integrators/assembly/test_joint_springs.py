@@ -182,6 +182,14 @@ def test_a_spring_that_is_none_is_refused(kind, options, message):
         getattr(scene, kind)("a", "b", at=(0, 0), name="h").spring(**options)
 
 
+def test_methods_that_know_no_springs_of_joints_say_so():
+    scene, _ = pendulum(2, stiffness=5.0)
+    with pytest.raises(ns.InvalidInput, match="Penalty knows no springs on coordinates of joints, and h has one"):
+        ns.simulate(scene, (0, 0.1), integrator=ns.Penalty(1e5))
+    with pytest.raises(ns.InvalidInput, match="h has limits, motors, friction or springs, which no system of a scene"):
+        scene.system()
+
+
 def test_a_centre_of_mass_has_an_inertia_about_it_and_is_where_the_body_turns():
     scene = ns.Scene(gravity=(0, 0, 0))
     with pytest.raises(ns.InvalidInput, match="odd has centre= without inertia=, which is about it; give both"):
