@@ -50,6 +50,7 @@ from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.places import times, turn_by
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import PLANAR
+from nonsmooth.scenes.spheres_as_system import nothing_turns
 
 # measured (docs/scenes.md): contacts with friction that may close, up to which a second takes some ten seconds
 MOST_RUBBING = 40
@@ -76,6 +77,8 @@ def few_contacts(scene: Scene, method: str, t_0: float) -> System:
     """The system of a scene, or `InvalidInput` where it has too many contacts for a method."""
     moving = len(moving_of(scene))
     pairs = moving * (len(scene) - moving) + moving * (moving - 1) // 2 - len(scene.apart())
+    if scene.dim != PLANAR and not nothing_turns(scene):
+        raise InvalidInput(f"{method} takes no bodies that turn in space, and no friction there; {CURE}")
     system = system_of(scene, None, t_0) if pairs <= MOST_WITHOUT_FRICTION else None  # each pair has a contact
     rubbing = 0 if system is None else int((system.kinds[:, 1] > 0).sum())
     if system is None or system.n_c > MOST_WITHOUT_FRICTION or rubbing > MOST_RUBBING:

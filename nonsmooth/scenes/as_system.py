@@ -4,8 +4,9 @@ Contact k is between two rounded points (rounded_points.py): vertices of bodies,
 contacts of both signs without friction, whose normals are the axes of the world. A guided body has no coordinates: its
 places are known functions of the time.
 
-Rows of shapes that touch along faces are not differentiable where the touching features change; they are refused. Of
-scenes in space those of spheres without friction are a system (`spheres_as_system`).
+Rows of shapes that touch along faces are not differentiable where the touching features change; they are refused. In
+space spheres without friction have their centres as coordinates (`spheres_as_system`), other bodies turn
+(`solids_as_system`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Iterable
-from dataclasses import make_dataclass
+from dataclasses import make_dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -34,7 +35,15 @@ from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functio
 from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR, HalfPlane
-from nonsmooth.scenes.spheres_as_system import functions_of, near_of, require_spheres, touch_of
+from nonsmooth.scenes.solids_as_system import (
+    ALONG_TANGENTS,
+    RATES,
+    SOLID,
+    functions_of_solids,
+    start_of_solids,
+    touches_of_solids,
+)
+from nonsmooth.scenes.spheres_as_system import functions_of, near_of, nothing_turns, touch_of
 from nonsmooth.scenes.weights import functions_of_weights
 
 PLANE, SPACE = (("x", "m"), ("y", "m"), ("angle", "rad")), (("x", "m"), ("y", "m"), ("z", "m"))  # of one body
@@ -73,17 +82,21 @@ def _system_of(asked: _Asked) -> System:
     numbers = {body.name: k for k, body in enumerate(moving)}
     values: dict[str, float] = {}
     met = _pairs_of(scene, asked.pairs)
+    axes: tuple[tuple[str, str], ...]
     own: dict[str, Any] = {"name": scene.name or "scene", "t_end": scene.t_end, "dt": scene.dt}
-    if scene.dim != PLANAR:
-        require_spheres(scene, met, CURE)
-        contacts = [_contact(scene, a, b, values) for a, b in met]
-        functions, axes = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met]), SPACE
-    else:
-        touches, contacts = touches_of(scene, asked.pairs), _contacts(scene, met, values)
+    touches, contacts = touches_of(scene, asked.pairs), _contacts(scene, met, values)
+    if scene.dim == PLANAR:
         functions, axes = _body_functions(scene, moving), PLANE
         functions |= functions_of_touches(touches, asked.t_0) if touches else {}
+    elif nothing_turns(scene):
+        functions, axes = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met]), SPACE
+    else:
+        functions, axes = functions_of_solids(scene, moving, touches), SOLID
+        own["velocities"] = tuple((f"{name} of {body.name}", unit) for body in moving for name, unit in RATES)
+        if not any(contact.directions == 2 for contact in contacts):
+            functions = {name: function for name, function in functions.items() if name not in ALONG_TANGENTS}
     parameters = _parameters(moving, values, axes)
-    system = System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, **own, **functions)
+    system = System(n_q=len(axes) * len(moving), contacts=contacts, parameters=parameters, **own, **functions)
     type(parameters).state = CoordinateState(system, state_of(scene))
     return system
 
@@ -96,9 +109,7 @@ def moving_of(scene: Scene) -> list[Body]:
 def touches_of(scene: Scene, pairs: Any = None) -> list[Touch]:
     """The contacts of the system of a scene, in its order: those of joints behind those of pairs."""
     numbers = {body.name: k for k, body in enumerate(moving_of(scene))}
-    if scene.dim != PLANAR:
-        return [touch_of(a, b, numbers) for a, b in _pairs_of(scene, pairs)]
-    found = [touch for a, b in _pairs_of(scene, pairs) for touch in _touches_of(a, b, numbers)]
+    found = [touch for a, b in _pairs_of(scene, pairs) for touch in _touches_of(scene, a, b, numbers)]
     return found + [touch for joint in scene.joints for touch in _touches_of_joint(joint, numbers)]
 
 
@@ -107,7 +118,9 @@ def _contacts(scene: Scene, met: list[tuple[Body, Body]], values: dict[str, floa
     numbers = {body.name: k for k, body in enumerate(moving_of(scene))}
     found: list[Contact] = []
     for a, b in met:
-        found += [_contact(scene, a, b, values)] * len(_touches_of(a, b, numbers))
+        contact, count = _contact(scene, a, b, values), len(_touches_of(scene, a, b, numbers))
+        names = [f"{a.name} {b.name}"] if count == 1 else [f"{a.name} {b.name} {k + 1}" for k in range(count)]
+        found += [replace(contact, name=name) for name in names]
     return found + [Contact(bilateral=True, name=f"{joint.name} {x}") for joint in scene.joints for x in "xy"]
 
 
@@ -115,9 +128,10 @@ def state_of(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """The start of a scene as coordinates and velocities of its system, see `Scene.state`."""
     _require_plain(scene)
     moving = moving_of(scene)
-    if scene.dim != PLANAR:
-        require_spheres(scene, [], CURE)
+    if scene.dim != PLANAR and nothing_turns(scene):
         return np.concatenate([body.position for body in moving]), np.concatenate([body.velocity for body in moving])
+    if scene.dim != PLANAR:
+        return start_of_solids(moving)
     q = [compose(place_of(body.position, body.turn), place_of(inertia_of(body, PLANAR).centre, 0.0)) for body in moving]
     return np.concatenate(q), np.concatenate([[*body.velocity, body.spin] for body in moving])
 
@@ -190,10 +204,10 @@ def _contact(scene: Scene, a: Body, b: Body, values: dict[str, float]) -> Contac
     values[names[1]] = e
     if mu == 0:
         return Contact(e_N=names[1], impact=impact)
-    if isinstance(mu, FrictionLaw):
-        return Contact(mu=mu, e_N=names[1], impact=impact)
-    values[names[0]] = mu
-    return Contact(mu=names[0], e_N=names[1], impact=impact)
+    if not isinstance(mu, FrictionLaw):
+        values[names[0]] = mu
+    law = mu if isinstance(mu, FrictionLaw) else names[0]
+    return Contact(mu=law, e_N=names[1], impact=impact, directions=scene.dim - 1)
 
 
 def _parameters(moving: list[Body], values: dict[str, float], axes: tuple[tuple[str, str], ...]) -> Any:
@@ -205,17 +219,28 @@ def _parameters(moving: list[Body], values: dict[str, float], axes: tuple[tuple[
     return named(**values)
 
 
-def _touches_of(a: Body, b: Body, numbers: dict[str, int]) -> list[Touch]:
+def _touches_of(scene: Scene, a: Body, b: Body, numbers: dict[str, int]) -> list[Touch]:
     """The contacts of two bodies."""
-    found = []
+    if scene.dim == PLANAR:
+        touches = _touches_in_plane(a, b, numbers)
+    else:
+        touches = [touch_of(a, b, numbers)] if nothing_turns(scene) else touches_of_solids(a, b, numbers)
+    if touches is None:
+        raise InvalidInput(
+            f"{a.name} and {b.name}, {a.shape!r} and {b.shape!r}, may touch along faces, which has no smooth gap; "
+            f"leave the pair out by pairs=[...], or {CURE}"
+        )
+    return touches
+
+
+def _touches_in_plane(a: Body, b: Body, numbers: dict[str, int]) -> list[Touch] | None:
+    """Those of their parts; None for what has faces."""
+    found: list[Touch] = []
     for part_a in _parts(a):
         for part_b in _parts(b):
             touches = _touches_of_parts(a, part_a, b, part_b, numbers)
             if touches is None:
-                raise InvalidInput(
-                    f"{a.name} and {b.name}, {a.shape!r} and {b.shape!r}, may touch along faces, which has no smooth "
-                    f"gap; leave the pair out by pairs=[...], or {CURE}"
-                )
+                return None
             found += touches
     return found
 

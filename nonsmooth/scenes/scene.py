@@ -437,12 +437,13 @@ class Scene(Joining):
         view(self, "save")(self, path)
 
     def system(self, pairs: Any = None) -> System:
-        """A small scene as a `System`, for Adaptive, EventDriven, Penalty, `classify`, `limit_cycle` and their like.
+        """A small scene as a `System`, for Adaptive, EventDriven, `classify`, `limit_cycle` and their like.
 
         The coordinates are (x, y, angle) of the centres of mass of the dynamic bodies, in order; ``state()`` is where
         they start. Each vertex of a body has a contact with each half-plane, and each disc with each disc, whether they
-        ever touch or not: it is for few bodies. In space it is for spheres without friction, on one another and on
-        half-spaces, with the coordinates (x, y, z).
+        ever touch or not: it is for few bodies. In space spheres without friction have the coordinates (x, y, z); other
+        bodies have seven, with the unit quaternion of their principal axes, along which the angular velocity is, and
+        the round cone: `MoreauJean`, `classify`, `critical_friction` and `paradox_map` take it.
 
         Parameters
         ----------
@@ -459,7 +460,7 @@ class Scene(Joining):
         ------
         InvalidInput
             For bodies that move as a function says, half-planes that turn, and pairs that touch along faces: hulls with
-            one another, segments. In space, for friction, joints, guided bodies, and shapes that are no spheres.
+            one another, segments. In space, for joints, guided bodies, and shapes without corners that are no spheres.
 
         Examples
         --------

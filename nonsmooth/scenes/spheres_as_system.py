@@ -3,8 +3,7 @@
     d = x_i - x_j,    g_N = n . d - r_i - r_j,    n = d/|d|, or the normal of a half-space, whose r is 0
     gamma_N = n . d',    its rate at u' = 0:  (d'^2 - gamma_N^2)/|d|, or 0
 
-Friction in space has two directions at a contact, and a body that turns has four coordinates and three velocities. A
-`System` has neither: q' = u, and one tangential row a contact. Such scenes are refused by name.
+Every method takes such a system, with q' = u and no friction in two directions; of bodies that turn: solids_as_system.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.parts import parts_of
@@ -67,22 +65,14 @@ def _place_of(body: Body) -> np.ndarray:
     return compose(place_of(body.position, body.turn), parts_of(body.shape, SPATIAL)[0].place)
 
 
-def require_spheres(scene: Scene, pairs: list[tuple[Body, Body]], cure: str) -> None:
-    """Raise `InvalidInput` for what turns, and for friction."""
+def nothing_turns(scene: Scene) -> bool:
+    """Whether all bodies are spheres on one another and on half-spaces, no two of which rub."""
     moving = [body for body in scene.bodies if body.kind is Kind.DYNAMIC]
-    for body in [*moving, *(body for pair in pairs for body in pair)]:
-        if not isinstance(body.shape, Sphere if body.kind is Kind.DYNAMIC else (Sphere, HalfSpace)):
-            raise InvalidInput(
-                f"{body.name} is {body.shape!r}, and a system in space is of spheres that touch one another and "
-                f"half-spaces; {cure}"
-            )
-    for a, b in pairs:
-        mu, _ = coefficients_of(scene, a.material, b.material)
-        if mu != 0.0:
-            raise InvalidInput(
-                f"{a.name} and {b.name} have mu = {mu}, and friction in space has no direction of its own in a "
-                f"system; give their materials mu=0, leave the pair out by pairs=[...], or {cure}"
-            )
+    are_spheres = all(isinstance(body.shape, Sphere) for body in moving)
+    if not are_spheres or not all(isinstance(body.shape, Sphere | HalfSpace) for body in scene.bodies):
+        return False
+    pairs = ((a, b) for a in moving for b in scene.bodies if a is not b)
+    return all(coefficients_of(scene, a.material, b.material)[0] == 0.0 for a, b in pairs)
 
 
 def functions_of(scene: Scene, moving: list[Body], nears: list[Near]) -> dict[str, Any]:

@@ -1,0 +1,361 @@
+"""Bodies that turn in space as a system: rounded points on half-spaces and on one another, with the round cone.
+
+    q = (x, quaternion) a body, along its principal axes;    u = (x', w), w in those axes;    q' = B u
+    m x'' = m g,    I w' = -w x I w
+
+A point c = x + R a of a body is rounded by a radius r; it touches a half-space, or another such point:
+
+    n = (c_i - c_j)/|c_i - c_j|, or the normal of the half-space,    g_N = n . (c_i - c_j) - r_i - r_j
+    A_i = R_i a_i - r_i n,    A_j = R_j a_j + r_j n,    gamma = x_i' + w_i x A_i - x_j' - w_j x A_j + belts
+    gamma' at u' = 0:  w_i x A_i' - w_j x A_j',    A_i' = w_i x R_i a_i - r_i n'
+
+with w in the axes of the world, along n and two tangents that are smooth functions of it.
+Source: Pfeiffer and Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), ch. 4; for the tangents, Duff and
+others, *J. Comput. Graph. Tech.* 6 (2017) 1.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.scenes.elements import Body, Kind
+from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.parts import Part, parts_of
+from nonsmooth.scenes.places import compose, conjugate, inverse, place_of, rotate
+from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch
+from nonsmooth.scenes.scene import Scene
+from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_SPACE, POLYHEDRON, SPHERE
+from nonsmooth.scenes.shapes import SPATIAL
+
+SOLID = (
+    ("x", "m"), ("y", "m"), ("z", "m"), ("turn w", ""), ("turn x", ""), ("turn y", ""), ("turn z", ""),
+)  # fmt: skip
+RATES = tuple((f"{name} rate", "m/s") for name in "xyz") + tuple((f"spin {k}", "rad/s") for k in (1, 2, 3))
+ALONG_TANGENTS = ("tangent", "surface_velocity")  # defined: functions that a scene without friction has not
+Vector = tuple[float, float, float]
+
+
+class Tables(NamedTuple):
+    """The contacts as constants of the compiled functions; of side 0, which is i, and side 1, which is j."""
+
+    body: np.ndarray  # (n_c, 2)
+    arm: np.ndarray  # (n_c, 2, 3) [m]
+    radius: np.ndarray  # (n_c, 2) [m]
+    belt: np.ndarray  # (n_c, 2, 3) [m/s]
+    is_flat: np.ndarray  # (n_c,)
+    normal: np.ndarray  # (n_c, 3), where it is flat
+
+
+def touches_of_solids(a: Body, b: Body, numbers: dict[str, int]) -> list[Touch] | None:
+    """The contacts of two bodies: points on a half-space, or two single points; None for what touches along faces."""
+    found: list[Touch] = []
+    for part_a in _parts(a):
+        for part_b in _parts(b):
+            first, second = (a, part_a), (b, part_b)
+            if part_a.kind == HALF_SPACE:
+                first, second = second, first
+            sides_i, sides_j = (_sides(*side, numbers) for side in (first, second))
+            if not sides_i or not sides_j or (len(sides_i) * len(sides_j) > 1 and second[1].kind != HALF_SPACE):
+                return None
+            normal = rotate(second[1].place[3:], np.array([0.0, 0.0, 1.0])) if second[1].kind == HALF_SPACE else None
+            found += [Touch(side, sides_j[0], normal) for side in sides_i]
+    return found
+
+
+def start_of_solids(moving: list[Body]) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and velocities of bodies at their start."""
+    q, u = [], []
+    for body in moving:
+        inertia = inertia_of(body, SPATIAL)
+        place = compose(place_of(body.position, body.turn), place_of(inertia.centre, inertia.axes))
+        q.append(place)
+        u.append(np.concatenate((body.velocity, rotate(conjugate(place[3:]), np.asarray(body.spin)))))
+    return np.concatenate(q), np.concatenate(u)
+
+
+def functions_of_solids(scene: Scene, moving: list[Body], touches: list[Touch]) -> dict[str, Any]:
+    """Mass, forces, potential, kinematics, and gaps and rows of contacts."""
+    inertias = [inertia_of(body, SPATIAL) for body in moving]
+    functions = _body_functions(
+        np.array([inertia.mass for inertia in inertias]), np.array([inertia.moments for inertia in inertias]),
+        np.asarray(scene.gravity, dtype=float),
+    )  # fmt: skip
+    return functions | (_contact_functions(_tables(touches)) if touches else {})
+
+
+def _parts(body: Body) -> list[Part]:
+    """The parts of a body along its principal axes, about its centre of mass; of a fixed one in the world."""
+    if body.kind is Kind.DYNAMIC:
+        inertia = inertia_of(body, SPATIAL)
+        frame = inverse(place_of(inertia.centre, inertia.axes))
+    else:
+        frame = place_of(body.position, body.turn)
+    return [part._replace(place=compose(frame, part.place)) for part in parts_of(body.shape, SPATIAL)]
+
+
+def _sides(body: Body, part: Part, numbers: dict[str, int]) -> list[Side]:
+    """The rounded points of a part, or a point of a half-space; none of what has none."""
+    belt = np.zeros(3) if body.surface_velocity is None else np.asarray(body.surface_velocity)
+    is_moved = body.kind is Kind.DYNAMIC
+    belt = rotate(conjugate(np.asarray(inertia_of(body, SPATIAL).axes)) if is_moved else body.turn, belt)
+    arms = part.place[:3] + np.array([rotate(part.place[3:], point) for point in _points(part)]).reshape(-1, 3)
+    number, none = numbers.get(body.name, NO_COORDINATES), np.zeros(3)
+    return [Side(number, arm, part.radius, belt, none, none, body.index) for arm in arms]
+
+
+def _points(part: Part) -> np.ndarray:
+    """Points that are rounded by the radius of the part, about the origin of its frame."""
+    if part.kind in (SPHERE, HALF_SPACE):
+        return np.zeros((1, 3))
+    if part.kind == CAPSULE:
+        return np.array([[0.0, 0.0, -part.size[2]], [0.0, 0.0, part.size[2]]])
+    if part.kind == BOX:
+        return np.array(part.size) * (2.0 * np.indices((2, 2, 2)).reshape(3, -1).T - 1.0)
+    return part.vertices if part.kind == POLYHEDRON else np.zeros((0, 3))
+
+
+def _tables(touches: list[Touch]) -> Tables:
+    """The contacts, side by side."""
+    sides = [(touch.i, touch.j) for touch in touches]
+    columns = {
+        name: np.array([[getattr(side, name) for side in pair] for pair in sides])
+        for name in ("body", "arm", "radius", "belt")
+    }
+    return Tables(
+        **columns,
+        is_flat=np.array([touch.normal is not None for touch in touches]),
+        normal=np.array([np.zeros(3) if touch.normal is None else touch.normal for touch in touches]),
+    )
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def turned(q, b, a):
+    """R a of body b, or R^T a for -1 - b; of no body a itself. Its quaternion need not be of unit length."""
+    if b == NO_COORDINATES:
+        return a
+    w, r = q[7 * b + 3], (q[7 * b + 4], q[7 * b + 5], q[7 * b + 6])
+    s = cross(r, a)
+    z = cross(r, s)
+    scale = 2.0 / (w * w + dot(r, r))
+    return a[0] + scale * (w * s[0] + z[0]), a[1] + scale * (w * s[1] + z[1]), a[2] + scale * (w * s[2] + z[2])
+
+
+def turned_back(q, b, a):
+    """R^T a."""
+    w, r = -q[7 * b + 3], (q[7 * b + 4], q[7 * b + 5], q[7 * b + 6])
+    s = cross(r, a)
+    z = cross(r, s)
+    scale = 2.0 / (w * w + dot(r, r))
+    return a[0] + scale * (w * s[0] + z[0]), a[1] + scale * (w * s[1] + z[1]), a[2] + scale * (w * s[2] + z[2])
+
+
+def core_of(q, at, c, side):
+    """R a of a side, and its point c."""
+    b = at.body[c, side]
+    a = (at.arm[c, side, 0], at.arm[c, side, 1], at.arm[c, side, 2])
+    if b == NO_COORDINATES:
+        return a, a
+    a = turned(q, b, a)
+    return a, (q[7 * b] + a[0], q[7 * b + 1] + a[1], q[7 * b + 2] + a[2])
+
+
+def spin_of(q, u, b):
+    """The angular velocity of body b in the axes of the world."""
+    if b == NO_COORDINATES:
+        return 0.0, 0.0, 0.0
+    return turned(q, b, (u[6 * b + 3], u[6 * b + 4], u[6 * b + 5]))
+
+
+def velocity_at(u, b, spin, arm):
+    """x' + w x arm."""
+    if b == NO_COORDINATES:
+        return 0.0, 0.0, 0.0
+    s = cross(spin, arm)
+    return u[6 * b] + s[0], u[6 * b + 1] + s[1], u[6 * b + 2] + s[2]
+
+
+def normal_of(q, at, c):
+    """n, and |c_i - c_j|; of a half-space the distance is 1, and n does not change."""
+    if at.is_flat[c]:
+        return (at.normal[c, 0], at.normal[c, 1], at.normal[c, 2]), 1.0
+    _, i = core_of(q, at, c, 0)
+    _, j = core_of(q, at, c, 1)
+    d = (i[0] - j[0], i[1] - j[1], i[2] - j[2])
+    length = math.sqrt(dot(d, d))
+    return (d[0] / length, d[1] / length, d[2] / length), length
+
+
+def tangents_of(n):
+    """Two unit vectors across n."""
+    s = 1.0 if n[2] >= 0.0 else -1.0
+    a = -1.0 / (s + n[2])
+    b = n[0] * n[1] * a
+    return (1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]), (b, s + n[1] * n[1] * a, -n[1])
+
+
+def rates_of_tangents(n, m):
+    """Their rates where n' = m."""
+    s = 1.0 if n[2] >= 0.0 else -1.0
+    a = -1.0 / (s + n[2])
+    a_rate = m[2] * a * a
+    b_rate = (m[0] * n[1] + n[0] * m[1]) * a + n[0] * n[1] * a_rate
+    first = s * (2.0 * n[0] * m[0] * a + n[0] * n[0] * a_rate), s * b_rate, -s * m[0]
+    return first, (b_rate, 2.0 * n[1] * m[1] * a + n[1] * n[1] * a_rate, -m[1])
+
+
+def arm_of(q, at, c, side, n):
+    """A of a side."""
+    a, _ = core_of(q, at, c, side)
+    r = at.radius[c, side] if side == 1 else -at.radius[c, side]
+    return a[0] + r * n[0], a[1] + r * n[1], a[2] + r * n[2]
+
+
+def write_row(q, at, c, n, axis, W):
+    """J along an axis, of both sides."""
+    for side in range(2):
+        b, sign = at.body[c, side], 1.0 - 2.0 * side
+        if b != NO_COORDINATES:
+            moment = turned_back(q, b, cross(arm_of(q, at, c, side, n), axis))
+            for k in range(3):
+                W[6 * b + k] += sign * axis[k]
+                W[6 * b + 3 + k] += sign * moment[k]
+
+
+def belts_of(q, at, c):
+    """s_i - s_j."""
+    i = turned(q, at.body[c, 0], (at.belt[c, 0, 0], at.belt[c, 0, 1], at.belt[c, 0, 2]))
+    j = turned(q, at.body[c, 1], (at.belt[c, 1, 0], at.belt[c, 1, 1], at.belt[c, 1, 2]))
+    return i[0] - j[0], i[1] - j[1], i[2] - j[2]
+
+
+def rates_of_contact(q, u, at, c):
+    """n, n', gamma without belts, and its rate at u' = 0."""
+    n, length = normal_of(q, at, c)
+    i, j = at.body[c, 0], at.body[c, 1]
+    o_i, o_j = spin_of(q, u, i), spin_of(q, u, j)
+    a_i, _ = core_of(q, at, c, 0)
+    a_j, _ = core_of(q, at, c, 1)
+    v_i, v_j = velocity_at(u, i, o_i, a_i), velocity_at(u, j, o_j, a_j)
+    d = (v_i[0] - v_j[0], v_i[1] - v_j[1], v_i[2] - v_j[2])
+    along = dot(n, d)
+    part = 0.0 if at.is_flat[c] else 1.0 / length
+    m = (part * (d[0] - along * n[0]), part * (d[1] - along * n[1]), part * (d[2] - along * n[2]))
+    A_i, A_j = arm_of(q, at, c, 0, n), arm_of(q, at, c, 1, n)
+    s_i, s_j = cross(o_i, a_i), cross(o_j, a_j)
+    r_i, r_j = at.radius[c, 0], at.radius[c, 1]
+    w_i = cross(o_i, (s_i[0] - r_i * m[0], s_i[1] - r_i * m[1], s_i[2] - r_i * m[2]))
+    w_j = cross(o_j, (s_j[0] + r_j * m[0], s_j[1] + r_j * m[1], s_j[2] + r_j * m[2]))
+    g_i, g_j = velocity_at(u, i, o_i, A_i), velocity_at(u, j, o_j, A_j)
+    gamma = (g_i[0] - g_j[0], g_i[1] - g_j[1], g_i[2] - g_j[2])
+    return n, m, gamma, (w_i[0] - w_j[0], w_i[1] - w_j[1], w_i[2] - w_j[2])
+
+
+def rate_of_belts(q, u, at, c):
+    """(s_i - s_j)': belts turn with their bodies."""
+    o_i, o_j = spin_of(q, u, at.body[c, 0]), spin_of(q, u, at.body[c, 1])
+    i = turned(q, at.body[c, 0], (at.belt[c, 0, 0], at.belt[c, 0, 1], at.belt[c, 0, 2]))
+    j = turned(q, at.body[c, 1], (at.belt[c, 1, 0], at.belt[c, 1, 1], at.belt[c, 1, 2]))
+    s, z = cross(o_i, i), cross(o_j, j)
+    return s[0] - z[0], s[1] - z[1], s[2] - z[2]
+
+
+def write_slip_rates(q, u, at, c, found, r):
+    """The rates along the tangents, with those of the belts."""
+    n, m, gamma, rate = found
+    first, second = tangents_of(n)
+    f, s = rates_of_tangents(n, m)
+    belts, turning = belts_of(q, at, c), rate_of_belts(q, u, at, c)
+    slip = (gamma[0] + belts[0], gamma[1] + belts[1], gamma[2] + belts[2])
+    rate_T = (rate[0] + turning[0], rate[1] + turning[1], rate[2] + turning[2])
+    r[c, 1] = dot(first, rate_T) + dot(f, slip)
+    r[c, 2] = dot(second, rate_T) + dot(s, slip)
+
+
+def _contact_functions(at: Tables) -> dict[str, Any]:
+    """Gaps, rows, velocities of surfaces, and the rates of rows."""
+    n_c = len(at.body)
+
+    def gap(t, q, p, g_N):
+        for c in range(n_c):
+            n, _ = normal_of(q, at, c)
+            _, i = core_of(q, at, c, 0)
+            _, j = core_of(q, at, c, 1)
+            g_N[c] = dot(n, (i[0] - j[0], i[1] - j[1], i[2] - j[2])) - at.radius[c, 0] - at.radius[c, 1]
+
+    def normal(t, q, p, W_N):
+        for c in range(n_c):
+            n, _ = normal_of(q, at, c)
+            write_row(q, at, c, n, n, W_N[c])
+
+    def tangent(t, q, p, W_F):
+        for c in range(n_c):
+            n, _ = normal_of(q, at, c)
+            first, second = tangents_of(n)
+            write_row(q, at, c, n, first, W_F[c, 0])
+            write_row(q, at, c, n, second, W_F[c, 1])
+
+    def surface_velocity(t, q, p, w_F):
+        for c in range(n_c):
+            n, _ = normal_of(q, at, c)
+            first, second = tangents_of(n)
+            belts = belts_of(q, at, c)
+            w_F[c, 0], w_F[c, 1] = dot(first, belts), dot(second, belts)
+
+    def row_rates(t, q, u, p, r):
+        for c in range(n_c):
+            n, m, gamma, rate = rates_of_contact(q, u, at, c)
+            r[c, 0] = dot(n, rate) + dot(m, gamma)
+            if r.shape[1] > 1:
+                write_slip_rates(q, u, at, c, (n, m, gamma, rate), r)
+
+    return {
+        "gap": gap, "normal": normal, "tangent": tangent, "surface_velocity": surface_velocity, "row_rates": row_rates,
+    }  # fmt: skip
+
+
+def _body_functions(m: np.ndarray, moments: np.ndarray, gravity: np.ndarray) -> dict[str, Any]:
+    """Mass, forces, potential and kinematics."""
+    n_b = len(m)
+
+    def mass(t, q, p, M):
+        for b in range(n_b):
+            for k in range(3):
+                M[6 * b + k, 6 * b + k] = m[b]
+                M[6 * b + 3 + k, 6 * b + 3 + k] = moments[b, k]
+
+    def force(t, q, u, p, h):
+        for b in range(n_b):
+            w_1, w_2, w_3 = u[6 * b + 3], u[6 * b + 4], u[6 * b + 5]
+            for k in range(3):
+                h[6 * b + k] = m[b] * gravity[k]
+            h[6 * b + 3] = (moments[b, 1] - moments[b, 2]) * w_2 * w_3
+            h[6 * b + 4] = (moments[b, 2] - moments[b, 0]) * w_3 * w_1
+            h[6 * b + 5] = (moments[b, 0] - moments[b, 1]) * w_1 * w_2
+
+    def potential(t, q, p, V):
+        for b in range(n_b):
+            for k in range(3):
+                V[0] -= m[b] * gravity[k] * q[7 * b + k]
+
+    def kinematics(t, q, p, B):
+        for b in range(n_b):
+            w, x, y, z = 0.5 * q[7 * b + 3], 0.5 * q[7 * b + 4], 0.5 * q[7 * b + 5], 0.5 * q[7 * b + 6]
+            i, j = 7 * b + 3, 6 * b + 3
+            for k in range(3):
+                B[7 * b + k, 6 * b + k] = 1.0
+            B[i, j], B[i, j + 1], B[i, j + 2] = -x, -y, -z
+            B[i + 1, j], B[i + 1, j + 1], B[i + 1, j + 2] = w, -z, y
+            B[i + 2, j], B[i + 2, j + 1], B[i + 2, j + 2] = z, w, -x
+            B[i + 3, j], B[i + 3, j + 1], B[i + 3, j + 2] = -y, x, w
+
+    return {"mass": mass, "force": force, "potential": potential, "kinematics": kinematics}
