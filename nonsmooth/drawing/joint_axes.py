@@ -26,7 +26,7 @@ def joint_axes(solution: SceneSolution, here: Sequence[np.ndarray], size: float)
 
 def has_axis(joint: Joint, dim: int) -> bool:
     """Whether a joint has an axis that is seen: in the plane a hinge has none."""
-    return joint.kind not in ("joint", "fix") and not (dim == 2 and joint.kind == "hinge")
+    return not (joint.kind in ("joint", "fix") or joint.is_tie) and not (dim == 2 and joint.kind == "hinge")
 
 
 def line_of_axis(joint: Joint, axis: np.ndarray, here: Sequence[np.ndarray], reach: float) -> np.ndarray:

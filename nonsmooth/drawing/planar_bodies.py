@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.drawing.bodies import CIRCLE_PIECES, EDGE, FILL, places, polygon, reached
-from nonsmooth.drawing.spring_lines import COIL_WIDTH, coil, spring_lines
+from nonsmooth.drawing.spring_lines import COIL_WIDTH, coil, rope_lines, spring_lines
 from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, matrix_of, rotate
@@ -76,7 +76,9 @@ def draw_planar(axes: Any, solution: SceneSolution, record: int, extent: tuple[n
         coil(ends, COIL_WIDTH * float(np.linalg.norm(start[1] - start[0])))
         for ends, start in zip(spring_lines(solution, record), starts, strict=True)
     ]
-    axes.add_collection(LineCollection(spokes + coils, colors=EDGE, linewidths=0.8 / math.sqrt(many)))
+    axes.add_collection(
+        LineCollection(spokes + coils + rope_lines(solution, record), colors=EDGE, linewidths=0.8 / math.sqrt(many))
+    )
 
 
 def half_plane(place: np.ndarray, extent: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -186,7 +186,7 @@ def draw_bodies(
 
 def draw_joints(axes: Any, solution: SceneSolution, record: int, size: float) -> None:
     """Draw a small circle at each joint, where it is on the body that moves, and its axis; size is the picture's."""
-    joints = solution.scene.joints if solution.scene is not None else []
+    joints = [] if solution.scene is None else [joint for joint in solution.scene.joints if not joint.is_tie]
     if not joints:
         return
     here, points = places(solution, record), []

@@ -15,7 +15,7 @@ import numpy as np
 
 from nonsmooth.drawing.bodies import CIRCLE_PIECES, EDGE, FILL, places, polygon, reached
 from nonsmooth.drawing.facets import facets_of, has_facets
-from nonsmooth.drawing.spring_lines import spring_lines
+from nonsmooth.drawing.spring_lines import rope_lines, spring_lines
 from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, matrix_of, rotate
@@ -139,7 +139,7 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
                 polygons += seen_part(part.kind, corners, radius, base, view)
     polygons.sort(key=lambda entry: entry[0])
     many = max(1.0, len(solution.bodies) / 50)
-    springs = [ends @ view[:2].T for ends in spring_lines(solution, record)]
+    springs = [ends @ view[:2].T for ends in spring_lines(solution, record) + rope_lines(solution, record)]
     axes.add_collection(LineCollection(springs, colors=EDGE, linewidths=1.2 / math.sqrt(many)))
     axes.add_collection(
         PolyCollection(

@@ -1,4 +1,4 @@
-"""Springs of a scene in its pictures: a coil from end to end; torsion springs are not drawn."""
+"""Springs and ropes of a scene in its pictures: coils and lines from end to end; torsion springs are not drawn."""
 
 from __future__ import annotations
 
@@ -18,6 +18,13 @@ def spring_lines(solution: SceneSolution, record: int) -> list[np.ndarray]:
     """The two ends (2, d) of each spring at a record; none of a run that was loaded without its scene."""
     springs = () if solution.scene is None else solution.scene.springs
     ends = [((spring.a, spring.at_a), (spring.b, spring.at_b)) for spring in springs if not spring.is_torsion]
+    return [np.array([end_of(solution, body, at)[0][record] for body, at in pair]) for pair in ends]
+
+
+def rope_lines(solution: SceneSolution, record: int) -> list[np.ndarray]:
+    """The two ends (2, d) of each rope, and of each distance that is held, at a record."""
+    ties = [] if solution.scene is None else [joint for joint in solution.scene.joints if joint.is_tie]
+    ends = [((joint.a, joint.at), (joint.b, joint.at_b)) for joint in ties]
     return [np.array([end_of(solution, body, at)[0][record] for body, at in pair]) for pair in ends]
 
 

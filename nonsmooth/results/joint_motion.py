@@ -1,6 +1,7 @@
 """Joints of a run of a scene: what they did, and the angle and the travel along their axes, at the records.
 
     angle = atan2(f_b . g_a, f_b . f_a),  rate e . (w_b - w_a);    travel = e . (p_b - p_a),  rate e . d(p_b - p_a)/dt
+    distance = |p_b - p_a| of a rope, or of two points that are held at a distance
 
 with the frame (e, f, g) of the joint on either body a, b, e along the axis, and p its points; the rate of the travel is
 that in the axes of a.
@@ -14,7 +15,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.results.scene_bodies import JointMotion
-from nonsmooth.results.spring_forces import end_of, start_of, turning
+from nonsmooth.results.spring_forces import end_of, length_between, start_of, turning
 from nonsmooth.scenes.elements import Body, Joint
 from nonsmooth.scenes.joint_kinds import coordinate_rows
 from nonsmooth.scenes.places import conjugate, rotate, times
@@ -75,7 +76,12 @@ def travel_of(solution: SceneSolution, joint: Joint) -> tuple[np.ndarray, np.nda
     return dot(e, way), dot(e, v_second - v_first - turning(a, way))
 
 
-COORDINATE_OF = {"angle": angle_of, "travel": travel_of}  # defined
+def distance_of(solution: SceneSolution, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
+    """The distance of the two points, and its rate."""
+    return length_between(solution, (joint.a, joint.at), (joint.b, joint.at_b))
+
+
+COORDINATE_OF = {"angle": angle_of, "travel": travel_of, "distance": distance_of}  # defined
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

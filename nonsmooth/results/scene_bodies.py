@@ -108,6 +108,8 @@ class JointMotion(NamedTuple):
     angle_rate: np.ndarray | None = None  # (n_t,) [rad/s]
     travel: np.ndarray | None = None  # (n_t,) of the second body along the axis from the start [m]
     travel_rate: np.ndarray | None = None  # (n_t,) [m/s]
+    distance: np.ndarray | None = None  # (n_t,) of the ends of a rope or a distance [m]
+    distance_rate: np.ndarray | None = None  # (n_t,) [m/s]
     at_limit: np.ndarray | None = None  # (n_t,) -1 at the least, 1 at the largest that its limits let, else 0
 
     def __repr__(self) -> str:

@@ -19,6 +19,8 @@ from nonsmooth.scenes.places import ORIGIN, compose, inverse, place_of, rotate
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
 
+End = tuple[Body, np.ndarray | None]
+
 
 def forces_of_spring(solution: SceneSolution, name: str) -> SpringForces:
     """Length and force of a spring, by name.
@@ -47,8 +49,12 @@ def angle_of(solution: SceneSolution, spring: Spring) -> tuple[np.ndarray, np.nd
 
 def length_of(solution: SceneSolution, spring: Spring) -> tuple[np.ndarray, np.ndarray]:
     """The length of a spring and its rate."""
-    first, v_first = end_of(solution, spring.a, spring.at_a)
-    second, v_second = end_of(solution, spring.b, spring.at_b)
+    return length_between(solution, (spring.a, spring.at_a), (spring.b, spring.at_b))
+
+
+def length_between(solution: SceneSolution, one: End, other: End) -> tuple[np.ndarray, np.ndarray]:
+    """The distance of two points, each a body and where it was at the start, and its rate."""
+    (first, v_first), (second, v_second) = end_of(solution, *one), end_of(solution, *other)
     line, speed = second - first, v_second - v_first
     length = np.linalg.norm(line, axis=1)
     return length, np.einsum("tk,tk->t", line, speed) / np.where(length > 0.0, length, 1.0)

@@ -89,7 +89,9 @@ def facts_of_scene_run(
         "gravity": bodies.gravity[:d].tolist(),
         "geometry": HASHED + _hash(world.shapes.words.tobytes()),
         **({"springs": HASHED + _hash(world.springs.words.tobytes())} if world.scene.springs else {}),
-        **({"joints": HASHED + _hash(world.joints.words.tobytes())} if world.joints.apart else {}),
+        **(
+            {"joints": HASHED + _hash(world.joints.words.tobytes())} if world.scene.joints or world.joints.apart else {}
+        ),
         **({"limits and motors": HASHED + _hash(world.drives.words.tobytes())} if world.drives.count else {}),
         "table of materials": HASHED + _hash(world.surfaces.words.tobytes()),
         "mass or surface of a body": HASHED + _hash(inert),

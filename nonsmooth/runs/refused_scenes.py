@@ -79,6 +79,12 @@ def refused_by_moreau_jean(run: SceneRun) -> Iterator[str]:
 def refused_by_rigid_steps(run: SceneRun) -> Iterator[str]:
     """What steps with rigid contacts do not take."""
     surfaces = run.world.surfaces
+    rebounding = [joint.name for joint in run.scene.joints if joint.e > 0.0]
+    if surfaces.impact != ImpactLaw.NEWTON and rebounding:
+        yield (
+            f"limits and ropes rebound by Newton's law, {rebounding[0]} does, and a material of the scene has impact = "
+            f"{ImpactLaw(surfaces.impact).name.lower()!r}; give impact='newton', or leave out e= of the joint"
+        )
     if surfaces.impact != ImpactLaw.NEWTON and run.scene.dim == SPATIAL and (surfaces.mu > 0.0).any():
         yield (
             f"impact = {ImpactLaw(surfaces.impact).name.lower()!r} in space is one without friction, and a material of "
@@ -123,6 +129,8 @@ def refused_drives(run: SceneRun) -> Iterator[str]:
             yield f"a joint on springs has no set-valued law, and {joint.name} has {what}; take MoreauJean(dt)"
         if joint.springs:
             yield f"Penalty knows no springs on coordinates of joints, and {joint.name} has one; take MoreauJean(dt)"
+        if joint.e > 0.0:
+            yield f"springs and dampers say how bodies rebound, and {joint.name} has e = {joint.e:g}; leave it out"
         if run.integrator.law == "hunt-crossley":
             yield f"hunt-crossley has no stiffness [N/m] that {joint.name} could have; take another law"
     if run.scene.joints and PAIRS in run.recorder.kinds:

@@ -99,11 +99,17 @@ class Joint:
     axes_b : (2, 2) or (3, 3)
         That on the second body, the same but of a universal joint.
     limits : dict of str to (float, float)
-        Of the "angle" [rad] and the "travel" [m] from the start, where there are some.
+        Of the "angle" [rad] and the "travel" [m] from the start, where there are some; of a rope of its "distance".
     motors : list of Motor
     friction : PinFriction or None
         Of a hinge.
     springs : list of JointSpring
+    e : float
+        Coefficient of restitution of the limits [-].
+    at_b : (2,) or (3,), or None
+        Of a rope or a distance: where it is on the second body at the start [m].
+    length : float or None
+        Of a rope or a distance [m].
     """
 
     name: str
@@ -118,6 +124,14 @@ class Joint:
     motors: list[Motor] = field(default_factory=list)
     friction: PinFriction | None = None
     springs: list[JointSpring] = field(default_factory=list)
+    e: float = 0.0
+    at_b: np.ndarray | None = None
+    length: float | None = None
+
+    @property
+    def is_tie(self) -> bool:
+        """Whether it is a rope or a distance, whose bodies touch one another."""
+        return self.length is not None
 
     def motor(self, *, torque: Any = None, force: Any = None, speed: Any = None, limit: float | None = None) -> Motor:
         """Put a motor on the angle or the travel of the joint.
@@ -273,11 +287,16 @@ class JointSpring:
         return f"JointSpring({', '.join(numbers)})"
 
 
+def along_axis(joint: Joint) -> list[str]:
+    """The coordinates that a joint leaves free along its axis."""
+    return [along for along in coordinate_rows(joint.kind, len(joint.at)) if along != "distance"]
+
+
 def as_joint_spring(
     joint: Joint, stiffness: Any, damping: Any, rest: Any, inertia: Any, along: str | None
 ) -> JointSpring:
     """A spring of a joint, checked."""
-    name, free = f"the spring of {joint.name}", list(coordinate_rows(joint.kind, len(joint.at)))
+    name, free = f"the spring of {joint.name}", along_axis(joint)
     wanted = free[0] if along is None and len(free) == 1 else along
     if wanted not in free:
         has = " and ".join(free) or "no angle or travel"
@@ -291,7 +310,7 @@ def as_joint_spring(
 
 def as_motor(joint: Joint, torque: Any, force: Any, speed: Any, limit: Any) -> Motor:
     """A motor of a joint, checked."""
-    name, free = f"the motor of {joint.name}", list(coordinate_rows(joint.kind, len(joint.at)))
+    name, free = f"the motor of {joint.name}", along_axis(joint)
     given = {"torque": torque, "force": force, "speed": speed}
     asked = [what for what, value in given.items() if value is not None]
     if len(asked) != 1:

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_floats, as_instance, as_vector
+from nonsmooth.checks.arrays import as_floats, as_fraction, as_instance, as_positive, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.elements import Body, Joint, Kind
 from nonsmooth.scenes.joint_friction import PinFriction
-from nonsmooth.scenes.joint_kinds import rows_of
+from nonsmooth.scenes.joint_kinds import is_known
 from nonsmooth.scenes.ranges import require_within
 from nonsmooth.scenes.shapes import PLANAR, is_unit
 
+SLACK = 1e-12  # chosen: of the length of a rope, that its ends may be farther apart: a rounding
 SKEW = 1e-9  # chosen: cosine of two axes that are at right angles
 
 
@@ -63,7 +64,7 @@ class Joining:
 
     def hinge(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike | None = None,
-        limits: ArrayLike | None = None, friction: PinFriction | None = None, name: str | None = None,
+        limits: ArrayLike | None = None, e: float = 0.0, friction: PinFriction | None = None, name: str | None = None,
     ) -> Joint:  # fmt: skip
         """Let two bodies turn against one another about an axis alone.
 
@@ -76,8 +77,9 @@ class Joining:
         axis : (3,)
             Its direction at the start, of any length, in space; it goes with both bodies. In the plane there is none.
         limits : (float, float), optional
-            The least and the largest angle of b against a from the start [rad]; one of them may be infinite. They stop
-            the bodies without a rebound.
+            The least and the largest angle of b against a from the start [rad]; one of them may be infinite.
+        e : float
+            Newton's coefficient of restitution of the limits, 0 to 1 [-].
         friction : PinFriction, optional
             In proportion to what the pin bears across its axis.
 
@@ -103,11 +105,11 @@ class Joining:
         >>> round(float(sol["leaf"].spin[-1, 2]), 6)
         1.0
         """
-        return self._join("hinge", a, b, at, name, axis, limits={"angle": limits}, friction=friction)
+        return self._join("hinge", a, b, at, name, axis, limits={"angle": limits}, friction=friction, e=e)
 
     def slider(
         self, a: Body | str, b: Body | str, *, axis: ArrayLike, at: ArrayLike | None = None,
-        limits: ArrayLike | None = None, name: str | None = None,
+        limits: ArrayLike | None = None, e: float = 0.0, name: str | None = None,
     ) -> Joint:  # fmt: skip
         """Let two bodies slide against one another along an axis, without a turn.
 
@@ -120,8 +122,9 @@ class Joining:
         at : (2,) or (3,), optional
             The point of the second body at the start at which the joint acts [m]; its position, if left out.
         limits : (float, float), optional
-            The least and the largest travel of b along the axis from the start [m]; one of them may be infinite. They
-            stop the bodies without a rebound.
+            The least and the largest travel of b along the axis from the start [m]; one of them may be infinite.
+        e : float
+            Newton's coefficient of restitution of the limits, 0 to 1 [-].
 
         Returns
         -------
@@ -132,7 +135,7 @@ class Joining:
         InvalidInput
             As of `hinge`.
         """
-        return self._join("slider", a, b, at, name, axis, limits={"travel": limits})
+        return self._join("slider", a, b, at, name, axis, limits={"travel": limits}, e=e)
 
     def fix(self, a: Body | str, b: Body | str, *, at: ArrayLike | None = None, name: str | None = None) -> Joint:
         """Hold two bodies together as one; ``sol.joint(name)`` has the force and the torque that it takes.
@@ -143,14 +146,15 @@ class Joining:
 
     def cylindrical(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, limits: ArrayLike | None = None,
-        angle_limits: ArrayLike | None = None, name: str | None = None,
+        angle_limits: ArrayLike | None = None, e: float = 0.0, name: str | None = None,
     ) -> Joint:  # fmt: skip
         """Let two bodies turn about an axis and slide along it, in space.
 
-        Parameters and errors are those of `hinge`; ``limits`` are those of the travel [m], ``angle_limits`` [rad].
+        Parameters and errors are those of `hinge`; ``limits`` are those of the travel [m], ``angle_limits`` [rad], and
+        ``e`` is of both.
         """
         limited = {"angle": angle_limits, "travel": limits}
-        return self._join("cylindrical", a, b, at, name, axis, limits=limited)
+        return self._join("cylindrical", a, b, at, name, axis, limits=limited, e=e)
 
     def universal(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, axis_b: ArrayLike,
@@ -201,25 +205,108 @@ class Joining:
 
     def slot(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike, limits: ArrayLike | None = None,
-        name: str | None = None,
+        e: float = 0.0, name: str | None = None,
     ) -> Joint:  # fmt: skip
         """Let a point of the second body slide along an axis of the first one: a pin in a slot.
 
         Parameters and errors are those of `slider`; the bodies turn freely.
         """
-        return self._join("slot", a, b, at, name, axis, limits={"travel": limits})
+        return self._join("slot", a, b, at, name, axis, limits={"travel": limits}, e=e)
 
-    def _join(
-        self, kind: str, a: Any, b: Any, at: Any, name: Any, axis: Any = None, axis_b: Any = None,
-        limits: dict[str, Any] | None = None, friction: Any = None,
+    def distance(
+        self, a: Body | str, b: Body | str, *, at_a: ArrayLike | None = None, at_b: ArrayLike | None = None,
+        name: str | None = None,
     ) -> Joint:  # fmt: skip
-        """A joint of a kind, checked."""
+        """Hold two points of two bodies at the distance that they have at the start, as a rod without mass on two ball
+        joints does; the bodies still touch.
+
+        Parameters
+        ----------
+        a, b, name
+            As of `joint`.
+        at_a, at_b : (2,) or (3,), optional
+            The points at the start, in the axes of the world [m]; the positions of the bodies, if left out.
+
+        Returns
+        -------
+        Joint
+
+        Raises
+        ------
+        InvalidInput
+            As of `joint`, and for two points at one place.
+        """
+        return self._tie("distance", a, b, at_a, at_b, None, 0.0, name)
+
+    def rope(
+        self, a: Body | str, b: Body | str, *, at_a: ArrayLike | None = None, at_b: ArrayLike | None = None,
+        length: float | None = None, e: float = 0.0, name: str | None = None,
+    ) -> Joint:  # fmt: skip
+        """Tie two points of two bodies by a rope without mass: they are never farther apart than its length.
+
+        It pulls and never pushes, and its impulse is that of a contact on the way that is left; the bodies still touch.
+
+        Parameters
+        ----------
+        a, b, name
+            As of `joint`.
+        at_a, at_b : (2,) or (3,), optional
+            Its ends at the start, in the axes of the world [m]; the positions of the bodies, if left out.
+        length : float, optional
+            [m]; the distance of its ends at the start, taut, if left out.
+        e : float
+            Newton's coefficient of restitution of the rope as it becomes taut, 0 to 1 [-].
+
+        Returns
+        -------
+        Joint
+
+        Raises
+        ------
+        InvalidInput
+            As of `joint`, and for ends that are farther apart than the length.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -10.0))
+        >>> hook = scene.fixed(ns.Disc(0.01), name="hook")
+        >>> bob = scene.body(ns.Disc(0.05), mass=1.0, position=(0, -0.2), name="bob")
+        >>> scene.rope("hook", "bob", length=1.0, e=0.5, name="rope")
+        Rope('rope', 'hook', 'bob')
+        >>> sol = ns.simulate(scene, (0, 2), integrator=ns.MoreauJean(dt=1e-3))
+        >>> round(float(sol["bob"].position[:, 1].min()), 9)
+        -1.0
+        """
+        return self._tie("rope", a, b, at_a, at_b, length, e, name)
+
+    def _tie(self, kind: str, a: Any, b: Any, at_a: Any, at_b: Any, length: Any, e: Any, name: Any) -> Joint:
+        """A rope or a distance, checked."""
+        name, first, second = self._pair(kind, a, b, name)
+        ends = [
+            body.position.copy() if at is None else require_within(what, as_vector(what, at, self.dim), "m")
+            for body, at, what in ((first, at_a, f"at_a of {name}"), (second, at_b, f"at_b of {name}"))
+        ]
+        apart = float(np.linalg.norm(ends[1] - ends[0]))
+        length = as_positive(f"length of {name}", apart if length is None else length, "m")
+        if apart > length * (1.0 + SLACK):
+            raise InvalidInput(f"the ends of {name} are {apart:g} m apart, and it is {length:g} m long")
+        limits = {"distance": (-math.inf, length)} if kind == "rope" else {}
+        axes, e = np.eye(self.dim), as_fraction(f"e of {name}", e)
+        joint = Joint(
+            name, len(self.joints), first, second, ends[0], kind, axes, axes, limits, e=e, at_b=ends[1], length=length
+        )
+        self.joints.append(joint)
+        return joint
+
+    def _pair(self, kind: str, a: Any, b: Any, name: Any) -> tuple[str, Body, Body]:
+        """The name of a joint and its bodies, checked."""
         name = f"joint {len(self.joints)}" if name is None else name
         if not isinstance(name, str) or not name:
             raise InvalidInput(f"the name of a joint must be a text; got {shown(name)}")
         if any(joint.name == name for joint in self.joints):
             raise InvalidInput(f"there is a joint {name!r} already; names of joints must differ")
-        if not rows_of(kind, self.dim):
+        if not is_known(kind, self.dim):
             raise InvalidInput(f"{name} is a {kind} joint, which is one of space; the scene lies in the plane")
         first, second = (self._own(name, body) for body in (a, b))
         if first is second:
@@ -229,6 +316,14 @@ class Joining:
                 f"{name} joins {first.name} and {second.name}, and no impulse moves either; one of them must be "
                 "dynamic, as scene.body makes it"
             )
+        return name, first, second
+
+    def _join(
+        self, kind: str, a: Any, b: Any, at: Any, name: Any, axis: Any = None, axis_b: Any = None,
+        limits: dict[str, Any] | None = None, friction: Any = None, e: Any = 0.0,
+    ) -> Joint:  # fmt: skip
+        """A joint of a kind, checked."""
+        name, first, second = self._pair(kind, a, b, name)
         place = second.position.copy() if at is None else as_vector(f"at of {name}", at, self.dim)
         axes = axes_b = self._axes(name, kind, axis)
         if kind == "universal":
@@ -238,7 +333,11 @@ class Joining:
             as_instance(f"friction of {name}", friction, PinFriction, "ns.PinFriction(mu=0.2, radius=0.01)")
         asked = {along: pair for along, pair in (limits or {}).items() if pair is not None}
         given = {along: as_limits(f"limits of {name}", pair) for along, pair in asked.items()}
-        joint = Joint(name, len(self.joints), first, second, place, kind, axes, axes_b, given, [], friction)
+        if as_fraction(f"e of {name}", e) > 0.0 and not given:
+            raise InvalidInput(f"e of {name} is that of its limits, and it has none; give limits=")
+        joint = Joint(
+            name, len(self.joints), first, second, place, kind, axes, axes_b, given, [], friction, e=as_fraction("e", e)
+        )
         self.joints.append(joint)
         return joint
 

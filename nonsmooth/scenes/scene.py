@@ -365,7 +365,8 @@ class Scene(Joining):
 
     def apart(self) -> set[frozenset[Body]]:
         """The pairs of bodies that pass through one another."""
-        return {frozenset((joint.a, joint.b)) for joint in self.joints} | {frozenset(pair) for pair in self.ignored}
+        held = {frozenset((joint.a, joint.b)) for joint in self.joints if not joint.is_tie}
+        return held | {frozenset(pair) for pair in self.ignored}
 
     def pair(
         self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None

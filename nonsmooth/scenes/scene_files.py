@@ -363,15 +363,19 @@ def _body(scene: Scene, body: Any) -> dict[str, Any]:
 
 
 def _joint(scene: Scene, joint: Joint) -> dict[str, Any]:
+    bodies = {"kind": joint.kind, "name": joint.name, "a": joint.a.name, "b": joint.b.name}
+    if joint.is_tie:
+        own = {"length": joint.length, "e": joint.e or None} if joint.kind == "rope" else {}
+        return {**bodies, "at_a": joint.at, "at_b": joint.at_b, **own}
     has_axis = joint.kind not in ("joint", "fix") and (scene.dim == SPATIAL or joint.kind != "hinge")
     along = "travel" if joint.kind != "hinge" else "angle"
     return {
-        "kind": joint.kind, "name": joint.name, "a": joint.a.name, "b": joint.b.name, "at": joint.at,
+        **bodies, "at": joint.at,
         "axis": joint.axes[0] if has_axis else None,
         "axis_b": joint.axes_b[0] if joint.kind == "universal" else None,
         "limits": joint.limits.get(along),
         "angle_limits": joint.limits.get("angle") if joint.kind == "cylindrical" else None,
-        "motors": [_motor(joint, motor) for motor in joint.motors] or None,
+        "e": joint.e or None, "motors": [_motor(joint, motor) for motor in joint.motors] or None,
         "springs": [dataclasses.asdict(spring) for spring in joint.springs] or None,
     }  # fmt: skip
 

@@ -9,8 +9,10 @@ The halves are kept where e is within what the tolerance, tol = atol + rtol (rea
 
 e_v is what the error of the velocities makes until the end of the run: |v_whole - v_halves|, and at most the jump of
 the velocities times the way in the step over the reach, since a landing that ends in the next step would differ by its
-jump. What is taken back of penetrations is no error: it is a share in each step, however short. Where e is larger, all
-is put back to the beginning, and a shorter step is tried. What rests or falls freely has e = 0.
+jump. What rebounds does so at the end of the step that it lands in, of the whole and of its second half alike: it is
+late by up to h/2, and e is at least the jump of its velocity times that. What is taken back of penetrations is no
+error: it is a share in each step, however short. Where e is larger, all is put back to the beginning, and a shorter
+step is tried. What rests or falls freely has e = 0.
 Steps are not divided at landings (divided.py): what follows a landing in the second half would be one part of the whole
 and of the halves, and its error in both.
 Source of the estimate: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), II.4.
@@ -37,6 +39,7 @@ from nonsmooth.scenes.places import conjugate, times
 OF_A_LANDING = 0.1  # chosen: of the tolerance, the error of a landing: so many of a run add up to it
 SHORT_PART = 1e-4  # chosen: of the run, steps that may err as one of this length: those that follow landings
 ROUNDINGS_OF_PLACES = 16  # chosen: of a place, that are no error
+LATE_BY = 0.5  # derived: of a step, by which a rebound is late at most: it is at the end of its half
 OF_HALVES = 3.0  # derived: the halves err by e over it: 2^2 - 1
 CAUTION, MOST_SHRINKING, MOST_GROWTH = 0.9, 0.1, 4.0  # chosen: of a step after its error, as usual
 FIRST_PART = 1e-3  # chosen: of the run, the first step that is tried
@@ -49,6 +52,7 @@ class Way(NamedTuple):
     """Where a step led."""
 
     lands: bool  # whether a body landed in it
+    rebounds: bool  # whether one rebounded
     x: np.ndarray  # (n, n_x) places of the bodies that move
     v: np.ndarray  # (n, 3|6) their velocities
     push: np.ndarray  # and by how much of the places penetrations were taken back
@@ -145,7 +149,7 @@ class Controlled(Assembly):
             end, halves = self._take(t, h, 2, prepare)
         if end != DONE:
             return end, inf, 1
-        if whole.lands or halves.lands:
+        if whole.lands or halves.lands or halves.rebounds:
             return end, self._difference(whole, halves, h, self.end - t - h) / OF_A_LANDING, 1
         return end, self._difference(whole, halves, h, 0.0) / OF_HALVES / max(h / self.span, SHORT_PART), 2
 
@@ -171,7 +175,7 @@ class Controlled(Assembly):
             new(Parts, m=0, d=self.dim),
             np.zeros((len(self.moving), 3 * (self.dim - 1))),
         )
-        pulls = [np.zeros_like(column) for column in self.reactions]
+        pulls, impacts = [np.zeros_like(column) for column in self.reactions], int(self.progress.counts.impacts)
         for part in range(parts):
             if part > 0:
                 before, pulls = self._parts_so_far(), [column.copy() for column in self.reactions]
@@ -183,7 +187,8 @@ class Controlled(Assembly):
                 break
         self._add(before, pulls)
         motion = self.bodies.motion
-        return end, Way(lands, motion.x[self.moving].copy(), motion.v[self.moving].copy(), push)
+        rebounds = int(self.progress.counts.impacts) > impacts
+        return end, Way(lands, rebounds, motion.x[self.moving].copy(), motion.v[self.moving].copy(), push)
 
     def _push(self) -> np.ndarray:
         """By which penetrations were taken back: a share of them in a step, however short it is."""
@@ -201,7 +206,7 @@ class Controlled(Assembly):
     def _add(self, before: Parts, pulls: list[np.ndarray]) -> None:
         """Add the impulses of parts to those of the step, and those of the joints that are awake."""
         still, joints = self.bodies.motion.still == 1, self.joints
-        awake = ~(still[joints.i[joints.begin]] & still[joints.j[joints.begin]])
+        awake = ~(still[joints.body_i] & still[joints.body_j])
         for column, pull in zip(self.reactions, pulls, strict=True):
             column[awake] += pull[awake]
         if before.n_c == 0:
@@ -230,6 +235,8 @@ class Controlled(Assembly):
             way, jump = h * self._sizes_of(halves.v), self._sizes_of(halves.v - self.course.v[self.moving])
             dv = np.minimum(self._sizes_of(halves.v - whole.v), jump * way / self.reach)
             e = np.maximum(e, left * dv)
+        if halves.rebounds:
+            e = np.maximum(e, LATE_BY * h * self._sizes_of(halves.v - self.course.v[self.moving]))
         tol = self.atol + self.rtol * size[self.moving]
         return float((e / tol).max(initial=0.0))
 

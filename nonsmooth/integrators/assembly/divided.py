@@ -29,7 +29,7 @@ from nonsmooth.contact.network.joint import may_land
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies, fall_of
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.project import normal_velocity, put_back
+from nonsmooth.integrators.assembly.project import normal_velocity, put_back, turn_of_limit
 from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel
@@ -79,6 +79,7 @@ def part_to_landing(bodies_at, shapes_at, found_at, contacts_at, network_at, dt,
     for c in range(network.n_c):
         if is_on_the_ground(bodies, network, c):
             before, _ = normal_velocity(network, c, bodies.v_0, n)
+            before -= turn_of_limit(network, c)
             if before >= -fast:
                 continue
             reach = min(reach_of(shapes, found.shape_i[c]), reach_of(shapes, found.shape_j[c]))
@@ -88,6 +89,7 @@ def part_to_landing(bodies_at, shapes_at, found_at, contacts_at, network_at, dt,
                 part = 0.0 if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0 else part
                 continue
             after, _ = normal_velocity(network, c, network.v, n)
+            after += turn_of_limit(network, c)
             is_met = network.P[c, 0] > 0.0 or found.gap[c] + 0.5 * dt * (before + after) < PAST_IT * dt * before
             if is_met:
                 part = min(part, share_to_landing(network, c, found.gap[c], before, after, dt))
@@ -122,12 +124,14 @@ def ask_of_landings(bodies_at, found_at, network_at, dt, whole, lets_in):
     fall = fall_of(bodies, dt)
     for c in range(network.n_c):
         if found.gap[c] > 0.0 and is_on_the_ground(bodies, network, c):
+            turn = turn_of_limit(network, c)
             before, _ = normal_velocity(network, c, bodies.v_0, network.v.shape[1])
+            before -= turn
             if before < -FAST * fall:
                 if lets_in == 1 and found.gap[c] >= -IN_SECOND_HALF * dt * before:
-                    network.b[c, 0] = max(network.b[c, 0], 2.0 * fall - before)
+                    network.b[c, 0] = max(network.b[c, 0], 2.0 * fall - before + turn)
                 elif found.gap[c] <= -LEFT_OVER * whole * before:
-                    network.b[c, 0] = 0.0
+                    network.b[c, 0] = turn
 
 
 @kernel("void(int64, int64, int64, int64)")

@@ -5,8 +5,10 @@
     spring   P/dt = f - k (s - s_r + theta dt gamma) - c gamma - a (gamma_1 - gamma_0)/dt,
              gamma = (1 - theta) gamma_0 + theta gamma_1
 
-A limit is a contact without friction and without rebound, whose gap is the way to it; it lands as contacts do. Only the
-nearer of both is a row: where nothing presses, two that are opposite are solved by any pair of large impulses. A motor
+A limit is a contact without friction whose gap is the way to it; it lands and rebounds as contacts do. A rope is the
+upper limit of the distance of two points. Only the
+nearer of both is a row: where nothing presses, two that are opposite are solved by any pair of large impulses. A rope
+that is slack by more than bodies are looked for (``margin_of``) is no row. A motor
 is friction with a given normal force: its normal row has J = 0, R and b such that P_N = -b/R = M dt, and mu = 1; its
 tangent is the row of the coordinate, its belt runs with the speed f at the end of the step. So what no motor can hold
 turns it back by M, and what it can is held exactly.
@@ -50,7 +52,7 @@ from nonsmooth.scenes.detection import (
     NO_SHAPE,
     Found,
 )
-from nonsmooth.scenes.joint_kinds import E_AXIS, TURN
+from nonsmooth.scenes.joint_kinds import DISTANCE, E_AXIS, TURN
 
 STOPS, SPEED, RUBS, SPRINGS = range(4)  # code: laws of a drive
 LOWER, UPPER = range(2)  # code: which limit is nearer
@@ -63,11 +65,14 @@ class Drives(Block):
     """n_k drives of n_n joints; their coordinate is row 0 of a block of rows, as those of ``Joints`` are."""
 
     count: int
+    slack: int  # ropes that are no rows of this step
+    is_slack: Array[Ints, "n_k"]
     of: Array[Ints, "n_k"]  # the joint of a drive
     begin: Array[Ints, "n_n"]  # and the first drive of a joint
     law: Array[Ints, "n_k"]
     low: Array[Floats, "n_k"]  # s_lo, or s_r of a spring [m]
     high: Array[Floats, "n_k"]  # s_hi [m], or M over the lever [N]
+    e: Array[Floats, "n_k"]  # restitution of a limit
     arm: Array[Floats, "n_k"]  # of the circle of friction of a pin, over the lever
     spring: Array[Floats, "n_k", "3"]  # k, c and a over the square of the lever [N/m], [N s/m], [kg]
     load: Array[Floats, "n_k"]  # f of a motor behind a spring, over the lever [N]
@@ -88,6 +93,7 @@ class Drives(Block):
     axes_j: Array[Floats, "n_k", "d", "d"]
     lever: Array[Floats, "n_k"]
     angle: Array[Floats, "n_k"]
+    length: Array[Floats, "n_k"]  # of which a distance is counted: 0 [m]
 
 
 def no_drives(dim: int) -> Drives:
@@ -112,10 +118,16 @@ def key_of_drive(drives, x, k):
 
 
 @kernel
-def add_drives(drives, motion, found, n):
+def add_drives(drives, motion, found, margin, n):
     """Write the drives of bodies that are not both still behind the first n contacts; the new n."""
+    drives.slack = 0
     for k in range(drives.count):
         i, j = drives.i[k], drives.j[k]
+        drives.is_slack[k] = 0
+        if drives.w[k, 0] == DISTANCE and drives.high[k] - coordinate_of(drives, motion.x, k) > margin:
+            drives.is_slack[k] = 1
+            drives.slack += 1
+            continue
         if motion.still[i] == 1 and motion.still[j] == 1:
             continue
         found.shape_i[n], found.shape_j[n] = drives.shape_i[k], drives.shape_j[k]
@@ -137,7 +149,7 @@ def write_drives(drives_at, bodies_at, found_at, contacts_at, network_at, is_imp
             k, asked = drive_of(drives, found.key[c]), network.b[c, 0]
             sign = -1.0 if found.key[c] % ENDS_OF_STOPS == UPPER else 1.0
             write_coordinate(drives, bodies.motion.x, k, c, network, sign)
-            contacts.e[c] = 0.0
+            contacts.e[c] = drives.e[k]
             if drives.law[k] == SPRINGS:
                 write_spring(drives, bodies, k, c, network, 0.0 if is_impact == 1 else dt)
                 found.gap[c] = NO_GAP

@@ -36,7 +36,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.energy_limit import note_landing
 from nonsmooth.integrators.assembly.landed import go_on
 from nonsmooth.integrators.assembly.of_body import write_rows
-from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, normal_velocity
+from nonsmooth.integrators.assembly.project import EXACT_VELOCITY, normal_velocity, turn_of_limit
 from nonsmooth.integrators.assembly.spatial import take_spins
 from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import view
@@ -65,10 +65,12 @@ def mark_impacts(bodies, found, contacts, network, dt, whole, n):
         if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0:
             gamma_0, size = normal_velocity(network, c, bodies.v_0, n)
             gamma_free, _ = normal_velocity(network, c, bodies.v_free, n)
-            gamma_0, gamma_free = gamma_0 - contacts.wander[c], gamma_free + contacts.wander[c]
+            turn = contacts.wander[c] + turn_of_limit(network, c)
+            gamma_0, gamma_free = gamma_0 - turn, gamma_free + turn
             gamma_minus = approach(found.gap[c], gamma_0, gamma_free, dt)
             if -contacts.e[c] * gamma_minus > max(slowest, EXACT_VELOCITY * size):
                 gamma_l, _ = normal_velocity(network, c, network.v, n)
+                gamma_l += turn_of_limit(network, c)
                 taken = (gamma_minus * gamma_minus - gamma_l * gamma_l) / (network.W[c, 0, 0] - network.soft[c])
                 contacts.gamma_minus[c], contacts.taken[c] = gamma_minus, taken
                 contacts.impact[c] = 1

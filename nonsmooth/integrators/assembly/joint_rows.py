@@ -3,6 +3,7 @@
     along an axis u of body i:            g = u . (p_j - p_i),   J v = n . (v_j + w_j x r_j - v_i - w_i x r_i)
     an axis of the world, both points:    g = e . (p_j - p_i),   the same J with r to the middle between the points
     axes u of i, w of j at right angles:  g = l u . w,           J v = l (w x u) . (w_j - w_i)
+    two points at a distance:             g = |p_j - p_i| - l,   J v as along an axis, n = (p_j - p_i)/|p_j - p_i|
 
 r are the arms of p_j from the centres of both bodies, so that the impulses of both sides act at one point and angular
 momentum is kept; these are the exact derivatives of g. Turns count as ways at the lever l, the reach of the smaller
@@ -15,11 +16,11 @@ A row that a block does not use has J = 0, and what stands for it in W (`problem
 
 from __future__ import annotations
 
-from math import atan2, cos, sin
+from math import atan2, cos, sin, sqrt
 
 from nonsmooth.integrators.assembly.spatial import cross, turn_by
 from nonsmooth.jit import kernel
-from nonsmooth.scenes.joint_kinds import F_AXIS, G_AXIS, OFFSET, PLANE_ANGLE, POINT, TURN, UNUSED
+from nonsmooth.scenes.joint_kinds import DISTANCE, F_AXIS, G_AXIS, OFFSET, PLANE_ANGLE, POINT, TURN, UNUSED
 
 PLANAR_PLACE = 3  # defined: numbers of a place in the plane
 
@@ -74,6 +75,11 @@ def row_at(joints, x, k, row):
         return (1.0 if row == 0 else 0.0, 1.0 if row == 1 else 0.0, 1.0 if row == 2 else 0.0), g[row]
     if w == PLANE_ANGLE:
         return (0.0, 0.0, 1.0), joints.lever[k] * (x[j, 2] - x[i, 2] - joints.angle[k])
+    if w == DISTANCE:
+        g, _ = offset_of(joints, x, k)
+        s = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
+        n = (g[0] / s, g[1] / s, g[2] / s) if s > 0.0 else (1.0, 0.0, 0.0)
+        return n, s - joints.length[k]
     a = axis_at(x, i, joints.axes_i, k, u)
     if w == OFFSET:
         g, _ = offset_of(joints, x, k)
@@ -89,7 +95,7 @@ def wrench_of(joints, x, k, row, b):
     """The force and the moment of a unit impulse of a row about the centre of body b."""
     n, _ = row_at(joints, x, k, row)
     w = joints.w[k, row]
-    if w != OFFSET and w != POINT:
+    if w != OFFSET and w != POINT and w != DISTANCE:
         s = joints.lever[k]
         return (0.0, 0.0, 0.0), (s * n[0], s * n[1], s * n[2])
     g, p = offset_of(joints, x, k)

@@ -43,7 +43,7 @@ from nonsmooth.scenes.detection import (
     Found,
     move_found,
 )
-from nonsmooth.scenes.joint_kinds import OFFSET, POINT, UNUSED
+from nonsmooth.scenes.joint_kinds import DISTANCE, OFFSET, POINT, UNUSED
 from nonsmooth.scenes.shape_rows import Shapes
 
 # measured: of 1/mass of a joint in a loop: Bricard's linkage, whose rods weigh 10 N, has then reactions of at most 31 N
@@ -58,6 +58,8 @@ class Joints(Block):
     apart: int  # such pairs
     of: Array[Ints, "n_j"]  # the joint of a block
     begin: Array[Ints, "n_n"]  # and the first block of a joint
+    body_i: Array[Ints, "n_n"]  # and its bodies
+    body_j: Array[Ints, "n_n"]
     shape_i: Array[Ints, "n_j"]  # a shape of either body
     shape_j: Array[Ints, "n_j"]
     i: Array[Ints, "n_j"]  # the bodies
@@ -70,6 +72,7 @@ class Joints(Block):
     axes_j: Array[Floats, "n_j", "d", "d"]
     lever: Array[Floats, "n_j"]  # at which turns count [m]
     angle: Array[Floats, "n_j"]  # of j against i at the start, in the plane [rad]
+    length: Array[Floats, "n_j"]  # of a distance [m]
     is_looped: Array[Ints, "n_j"]  # 1 of a joint in a loop of joints, which may hold what others do
     first: Array[Ints, "n_b + 1"]  # body b passes through other[first[b] : first[b + 1]]: joined to it, or ignored
     other: Array[Ints, "2 * n_p"]
@@ -268,8 +271,12 @@ def book_reactions(joints_at, drives_at, found_at, network_at, reactions_at, is_
     joints, drives, found = view(joints_at, Joints), view(drives_at, Drives), view(found_at, Found)
     network, reactions = view(network_at, Network), view(reactions_at, Reactions)
     if is_first == 1:
-        for c in range(first_joint(found, network), network.n_c):
-            clear_reaction(reactions, joint_of(found.key[c]))
+        for k in range(drives.count):
+            if drives.is_slack[k] == 1:
+                clear_reaction(reactions, drives.of[k])
+        for c in range(network.n_c):
+            if is_of_joint(found.key[c]):
+                clear_reaction(reactions, joint_of(found.key[c]))
     for c in range(network.n_c):
         key = found.key[c]
         if key >= FIRST_JOINT:
@@ -277,6 +284,12 @@ def book_reactions(joints_at, drives_at, found_at, network_at, reactions_at, is_
         elif FIRST_DRIVE <= key < FIRST_SPRING:
             keep_rate(drives, drive_of(drives, key), c, network)
             book_rows(drives, drive_of(drives, key), joint_of(key), c, network, reactions)
+
+
+@kernel
+def is_of_joint(key):
+    """Whether a key is that of rows of a joint, or of its limits and motors."""
+    return key >= FIRST_JOINT or FIRST_DRIVE <= key < FIRST_SPRING
 
 
 @kernel
@@ -291,7 +304,7 @@ def book_rows(joints, k, of, c, network, reactions):
 def book_row(w, J, c, row, P, of, reactions):
     """Book an impulse, or a force, along a row of a joint."""
     d = reactions.P.shape[1]
-    if w == POINT or w == OFFSET:
+    if w == POINT or w == OFFSET or w == DISTANCE:
         for x in range(d):
             reactions.P[of, x] += J[c, row, x] * P
     else:

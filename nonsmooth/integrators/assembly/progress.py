@@ -213,7 +213,7 @@ def note_worst(residual, network, progress, d):
 
 
 @kernel
-def note_step(network, asleep, deepest, progress):
+def note_step(network, asleep, deepest, slack, progress):
     """The figures of a step, before more islands fall asleep."""
     counts, figures = progress.counts, progress.figures
     figures.last_penetration = max(figures.last_penetration if progress.parts > 1 else 0.0, -deepest)
@@ -221,7 +221,7 @@ def note_step(network, asleep, deepest, progress):
         return
     counts.steps += 1
     counts.left_islands += asleep.count
-    counts.most_contacts = max(counts.most_contacts, network.n_c + asleep.n_c)
+    counts.most_contacts = max(counts.most_contacts, network.n_c + asleep.n_c + slack)
     figures.penetration = max(figures.penetration, figures.last_penetration)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
 

@@ -85,6 +85,12 @@ def normal_velocity(network, c, v, n):
 
 
 @kernel
+def turn_of_limit(network, c):
+    """What the row of a limit of a joint turns by in half of the step; 0 of contacts."""
+    return network.turn[c, 0] if network.sprung[c] == JOINT_LIMIT else 0.0
+
+
+@kernel
 def island_of(network, c):
     """The island of contact c, of whose bodies one may be none of it."""
     return max(network.islands.of[network.i[c]], network.islands.of[network.j[c]])
@@ -177,7 +183,7 @@ def find_landings(bodies, found, contacts, network, dt, n, moves):
                 before, after = before - contacts.wander[c], after + contacts.wander[c]
                 limit += contacts.slack[c]
             elif network.sprung[c] == JOINT_LIMIT:
-                before, after = before - network.turn[c, 0], after + network.turn[c, 0]
+                before, after = before - turn_of_limit(network, c), after + turn_of_limit(network, c)
                 limit += OF_TURNING * dt * turning_of(bodies, network, c)
             elif has_guide(bodies, network, c):
                 before += turn_of_guides(bodies, network, c, 0, 0.0)

@@ -275,7 +275,7 @@ def find_among_awake(progress, places, network, d):
         if joints.apart > 0:
             n = leave_out_ignored(places.joints, places.shapes, places.found, n)
         if drives.count > 0:
-            n = add_drives(drives, bodies.motion, found, n)
+            n = add_drives(drives, bodies.motion, found, margin, n)
         if springs.count > 0:
             n = add_springs(springs, bodies, found, n)
         if joints.count > 0:
@@ -363,7 +363,7 @@ def end_step(progress, places, network, d):
     """The energy of the step and its figures."""
     asleep, bodies, found, dt = view(places.asleep, Asleep), places.bodies, places.found, progress.dt
     deepest = min(deepest_gap(view(found, Found), network.n_c), asleep.deepest)
-    note_step(network, asleep, deepest, progress)
+    note_step(network, asleep, deepest, view(places.drives, Drives).slack, progress)
     if progress.may_sleep == 1 and progress.parts == 0:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, progress.is_pushed)
@@ -378,7 +378,7 @@ def end_step(progress, places, network, d):
 def book_by_pairs(places, is_impact, is_first):
     """Book what each joint did, and each pair of bodies, where that is asked for; of the first problem of a step, with
     what sleeps."""
-    if view(places.joints, Joints).count > 0:
+    if view(places.joints, Joints).count + view(places.drives, Drives).count > 0:
         step = 1 if is_first else 0
         book_reactions(places.joints, places.drives, places.found, places.network, places.reactions, step)
     if view(places.pairs, Pairs).is_asked == 1:

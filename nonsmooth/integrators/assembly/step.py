@@ -115,7 +115,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
     others: list[Kernel] = [entry[dim] for entry in of_all]
     others += [turn_inertia] if dim == 3 else []
     others += [begin_impact[dim], *OF_REBOUNDS] if has_restitution else []
-    others += [write_joints, draw_together, hold_places, book_reactions] if has_joints else []
+    others += [write_joints, draw_together, hold_places] if has_joints else []
     others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
     scratch = planar_scratch if dim == 2 else spatial_scratch
     return Stages(take_steps[dim], find_contacts[dim], scratch, tuple(others))
@@ -169,7 +169,7 @@ class Assembly(InMotion):
         self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
         self.joints, self.springs, self.drives = joints, springs, drives
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
-        has_restitution = bool((surfaces.e > 0).any())
+        has_restitution = bool((surfaces.e > 0).any() or (drives.e > 0).any())
         has_faces = may_hide(shapes)
         rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
         rare += (leave_out_hidden,) if has_faces else ()
@@ -179,6 +179,7 @@ class Assembly(InMotion):
         rare += OF_PARTS if may_divide else ()
         rare += (write_springs,) if springs.count else ()
         rare += (write_drives,) if drives.count else ()
+        rare += (book_reactions,) if drives.count or joints.count else ()
         rare += (rub_pins,) if (drives.law == RUBS).any() else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
@@ -328,7 +329,7 @@ class Assembly(InMotion):
     @property
     def n_contacts(self) -> int:
         """Candidates of the last step."""
-        every = int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts)
+        every = int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts + self.drives.slack)
         return every - self.n_others if self.progress.counts.steps else every
 
     @property

@@ -150,12 +150,14 @@ class World:
         joints.count, joints.apart = len(blocks), len(pairs)
         joints.of[:] = [joint.index for joint, _ in blocks]
         joints.begin[:] = np.searchsorted(joints.of, np.arange(len(listed)))
+        joints.body_i[:], joints.body_j[:] = ([getattr(j, side).index for j in listed] for side in "ab")
         looped, others = looped_joints(listed), [list[int]() for _ in x]
         for i, j in pairs:
             others[i].append(j)
             others[j].append(i)
         for k, (joint, rows) in enumerate(blocks):
             self._frame(joints, k, joint, rows)
+            joints.length[k] = joint.length or 0.0
             joints.is_looped[k] = joint.index in looped
         joints.first[1:] = np.cumsum([len(row) for row in others])
         joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if pairs else []
@@ -183,6 +185,7 @@ class World:
                 self.sprung.setdefault((joint.index, along), (k, float(scale)))
             elif what is None:
                 drives.law[k], drives.low[k], drives.high[k] = STOPS, low * scale, high * scale
+                drives.e[k] = joint.e
             else:
                 drives.law[k], drives.high[k] = SPEED, high / scale
                 self.speeds.append((k, float(scale), joint, what))
@@ -194,8 +197,9 @@ class World:
         d, x = self.dim, self.bodies.motion.x
         block.u[k], block.w[k] = zip(*rows, strict=True)
         block.lever[k] = self._lever_of(joint)
-        for side, body, axes in (("i", joint.a, joint.axes), ("j", joint.b, joint.axes_b)):
-            self._join(block, k, side, body, joint.at)
+        at_b = joint.at if joint.at_b is None else joint.at_b
+        for side, body, at, axes in (("i", joint.a, joint.at, joint.axes), ("j", joint.b, at_b, joint.axes_b)):
+            self._join(block, k, side, body, at)
             turn = x[body.index, d:] if d == 3 else x[body.index, 2]
             getattr(block, f"axes_{side}")[k] = rotate(conjugate(turn) if d == 3 else -turn, axes)
         if d == PLANAR:
@@ -372,6 +376,8 @@ def looped_joints(listed: list[Joint]) -> set[int]:
     root: dict[int, int] = {}
     found: set[int] = set()
     for k, joint in enumerate(listed):
+        if joint.kind == "rope":
+            continue
         first, second = (body.index if body.kind is Kind.DYNAMIC else NO_BODY for body in (joint.a, joint.b))
         a, b = (root_of(root, body) for body in (first, second))
         if a == b:

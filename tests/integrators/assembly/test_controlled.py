@@ -155,6 +155,19 @@ def test_tolerances_are_kept(make):
         assert error < FACTOR * rtol * (reach + np.linalg.norm(exact - sol["b"].position[0])), rtol
 
 
+@pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
+def test_a_ball_that_rebounds_is_where_its_closed_form_says_to_the_tolerance(tol):
+    """It lands in the second half of a step as in the whole one, so that both agree however late that is."""
+    scene, e, fall = ns.Scene(gravity=PLANE, material=ns.Material(e=0.5)), 0.5, math.sqrt(1.6 / G)
+    scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+    scene.body(ns.Disc(0.05), mass=1.0, position=(0, 0.85), name="ball")
+    scene.force("ball", (0.0, 0.0))
+    sol = ns.simulate(scene, (0, 1.5 * fall), integrator=ns.Adaptive(rtol=tol, atol=tol))
+    t = 0.5 * fall
+    exact = 0.05 + e * G * fall * t - 0.5 * G * t**2
+    assert abs(sol["ball"].position[-1, 1] - exact) < tol and sol.stats.steps < 150
+
+
 def tower(n=12):
     scene = ns.Scene(gravity=SPACE, material=ns.Material(mu=0.5, e=0.3))
     scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
