@@ -20,8 +20,12 @@ from models.scenes.box_stack import BoxStack as BoxStack
 from models.scenes.card_house import CardHouse as CardHouse
 from models.scenes.conveyor import Conveyor as Conveyor
 from models.scenes.domino_row import DominoRow as DominoRow
+from models.scenes.double_pendulum import DoublePendulum as DoublePendulum
 from models.scenes.eulers_disc import EulersDisc as EulersDisc
+from models.scenes.four_bars import FourBars as FourBars
+from models.scenes.gripper import Gripper as Gripper
 from models.scenes.hourglass import Hourglass as Hourglass
+from models.scenes.jamming_drawer import JammingDrawer as JammingDrawer
 from models.scenes.kapla_tower import KaplaTower as KaplaTower
 from models.scenes.masonry_arch import MasonryArch as MasonryArch
 from models.scenes.newtons_cradle import NewtonsCradle as NewtonsCradle

@@ -1,0 +1,84 @@
+"""Machines of joints, against their closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models.scenes import DoublePendulum, FourBars, Gripper, JammingDrawer
+
+
+def run(model, t_end, dt=None):
+    return ns.simulate(model, (0, t_end), integrator=ns.MoreauJean(dt or model.dt))
+
+
+@pytest.mark.parametrize("mode", [0, 1])
+def test_a_double_pendulum_swings_back_in_each_of_its_modes(mode):
+    small = 1e-3 * DoublePendulum().mode(mode)
+    model = DoublePendulum(th_1=small[0], th_2=small[1])
+    period = 2 * math.pi / model.frequencies()[mode]
+    sol = run(model, period)
+    # frequencies err by (w dt)^2/24, and by th^2/16: a cosine at its top sees the square of both
+    np.testing.assert_allclose([sol["upper"].turn[-1], sol["lower"].turn[-1]], small, rtol=2e-6)
+    assert DoublePendulum(l_2=1.0, m_2=1.0).frequencies() ** 2 == pytest.approx(
+        9.81 * (3 + np.array([-6, 6]) / math.sqrt(7)), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("n", [2, 10])
+def test_a_row_of_four_bars_passes_where_it_lies_flat_as_one_pendulum(n):
+    """Where it is flat its rate jumps by what the soft joints of loops take, at any step."""
+    model = FourBars(n=n)
+    for dt in (2e-3, 1e-3):
+        sol = run(model, 2.0, dt)
+        angle = 0.5 * math.pi - sol["crank 0"].turn
+        assert angle[-1] > 1.9 * math.pi  # it lay flat twice
+        assert np.abs(np.abs(sol["crank 0"].spin) - [model.rate(th) for th in angle]).max() < 4e-3
+        turns = [sol[f"crank {k}"].turn for k in range(n + 1)]
+        # all cranks are parallel; where they lie flat a gap of 1e-9 m leaves angles of sqrt(1e-9)
+        assert np.ptp(turns, axis=0).max() < 3e-5 and sol.stats.worst_joint_drift < 1e-8
+
+
+@pytest.mark.parametrize("F", [8.0, 11.8])
+def test_a_box_slips_out_of_the_gripper_by_newtons_law(F):
+    model = Gripper(F=F)
+    sol = run(model, 0.2)
+    way = sol["hand"].position[:, 1] - sol["box"].position[:, 1]
+    # the hand has its velocity half a step early, a dt/2: of first order
+    assert 2 * (way[-1] - way[0]) / 0.2**2 == pytest.approx(model.slip(), abs=2 * model.a * model.dt / 0.2)
+
+
+def test_the_gripper_holds_the_box_with_little_more_than_the_least_force():
+    model = Gripper(F=1.001 * Gripper().least_force())
+    sol = run(model, 0.5)
+    way = sol["hand"].position[:, 1] - sol["box"].position[:, 1]
+    assert np.ptp(way) < 1e-9
+
+
+BOUNDS = JammingDrawer().bounds()
+
+
+@pytest.mark.parametrize("mu", [0.3, 0.99 * BOUNDS[0]])
+def test_a_drawer_that_slides_has_the_acceleration_of_its_statics(mu):
+    model = JammingDrawer(mu=mu)
+    sol = run(model, 0.1)
+    assert model.outcome() == "slides" and not sol.paradoxes
+    assert 2 * sol["drawer"].position[-1, 1] / 0.1**2 == pytest.approx(model.acceleration(), rel=1e-3)
+
+
+@pytest.mark.parametrize("mu", [1.01 * BOUNDS[0], 0.99 * BOUNDS[1]])
+def test_a_drawer_that_may_jam_or_slide_is_named_indeterminate(mu):
+    model = JammingDrawer(mu=mu)
+    sol = run(model, 0.01)
+    assert model.outcome() == "slides or jams"
+    assert {(paradox.kind.name, paradox.n_solutions) for paradox in sol.paradoxes} == {("INDETERMINATE", 2)}
+
+
+@pytest.mark.parametrize("mu", [1.01 * BOUNDS[1], 2.0])
+def test_a_drawer_that_jams_stands_still_whatever_pulls(mu):
+    for F in (20.0, 2e4):
+        model = JammingDrawer(mu=mu, F=F)
+        sol = run(model, 0.1)
+        assert model.outcome() == "jams" and not sol.paradoxes
+        assert abs(sol["drawer"].position[-1, 1]) < 1e-12 * F
