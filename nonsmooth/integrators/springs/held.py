@@ -19,7 +19,7 @@ from nonsmooth.integrators.assembly.joint_rows import arm_at, row_at, write_side
 from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_row, clear_reaction
 from nonsmooth.integrators.assembly.spatial import cross
 from nonsmooth.integrators.assembly.spring_rows import TORSION, Springs, line_of
-from nonsmooth.integrators.records import FORCE_WORK, NORMAL_WORK
+from nonsmooth.integrators.records import FORCE_WORK, NORMAL_WORK, SURFACE_WORK
 from nonsmooth.integrators.springs.blocks import DAMPING_WORK, SpringPlaces, Stages
 from nonsmooth.integrators.springs.law import Law, damping_of, elastic_energy, spring_and_damper
 from nonsmooth.jit import kernel
@@ -68,6 +68,7 @@ def hold_joint(joints, bodies, k, r, row, blocks, s):
     row.elastic += 0.5 * law.k * g * g
     apply(row, stages, s, i, j, la)
     stages.work[s, 0, NORMAL_WORK] += la * rate
+    stages.work[s, 0, SURFACE_WORK] -= la * given_along(row, bodies, i, j)
     stages.work[s, 0, DAMPING_WORK] += (la - spring) * rate
     book_row(joints.w[k, r], row.J, 1, 0, la, joints.of[k], reactions)
 
@@ -88,6 +89,7 @@ def stop(drives, bodies, k, row, blocks, s):
     row.elastic += elastic_energy(law, depth)
     apply(row, stages, s, i, j, sign * la)
     stages.work[s, 0, NORMAL_WORK] += la * rate
+    stages.work[s, 0, SURFACE_WORK] -= sign * la * given_along(row, bodies, i, j)
     stages.work[s, 0, DAMPING_WORK] += (la - elastic) * rate
     book_row(drives.w[k, 0], row.J, 1, 0, sign * la, drives.of[k], reactions)
 
@@ -102,7 +104,7 @@ def pull(coils, bodies, k, row, stages, s):
     rate = rate_along(row, bodies.motion.v, i, j)
     la = -(coils.stiffness[k] * (length - coils.length[k]) + coils.damping[k] * rate)
     apply(row, stages, s, i, j, la)
-    stages.work[s, 0, FORCE_WORK] += la * rate
+    stages.work[s, 0, FORCE_WORK] += la * (rate - given_along(row, bodies, i, j))
 
 
 @kernel
@@ -134,6 +136,16 @@ def rate_along(row, v, i, j):
     total = 0.0
     for x in range(row.J.shape[2]):
         total += row.J[0, 0, x] * v[i, x] + row.J[1, 0, x] * v[j, x]
+    return total
+
+
+@kernel
+def given_along(row, bodies, i, j):
+    """The part of J v that guided bodies have."""
+    total = 0.0
+    for x in range(row.J.shape[2]):
+        total += row.J[0, 0, x] * bodies.motion.v[i, x] if bodies.motion.moves[i] == 0 else 0.0
+        total += row.J[1, 0, x] * bodies.motion.v[j, x] if bodies.motion.moves[j] == 0 else 0.0
     return total
 
 

@@ -179,6 +179,20 @@ def test_a_guide_that_a_function_moves_carries_what_stands_on_it():
     np.testing.assert_allclose(sol["load"].position[:, 1], y, atol=1e-8)
 
 
+def test_works_close_where_a_guide_that_a_function_moves_holds_by_a_joint_a_limit_and_a_spring():
+    scene = ns.Scene(gravity=(0, -G))
+    place = lambda t: ((0.1 * math.sin(8 * t), 0.05 * t), 0.4 * math.sin(5 * t))
+    scene.kinematic(ns.Disc(0.05), motion=place, name="hand")
+    scene.body(ns.Box(0.8, 0.05), mass=1.0, position=(0.4, 0), velocity=(0.8, 0), name="arm")
+    scene.body(ns.Disc(0.1), mass=0.5, position=(0.3, -0.6), name="bob")
+    scene.hinge("hand", "arm", at=(0, 0), limits=(-0.5, 0.5), name="pin")
+    scene.spring("hand", "bob", stiffness=60.0, damping=0.5, length=0.4)
+    sol = run(scene, 0.5, 1e5, n=26)
+    relative = sol["arm"].turn - sol["hand"].turn
+    assert np.ptp(sol.ledger["surface"]) > 0.1 and relative.min() < -0.49  # it struck its limit
+    assert np.abs(balance(sol)).max() < 1e-5
+
+
 def sliding(law):
     scene = ns.Scene(gravity=(0, -G), material=ns.Material(mu=law))
     scene.fixed(ns.HalfPlane((0, 1)), name="floor")
