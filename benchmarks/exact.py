@@ -87,10 +87,10 @@ class Watched(SceneRun):
     seconds, cones = 0.0, 0.0
     places: list[np.ndarray]
 
-    def _take_steps(self, most: int) -> None:
+    def take_steps(self, most: int) -> None:
         self.places = [*self.places[:1], *self.places[-1:], self.centres_that_move()]
         began = time.process_time()
-        super()._take_steps(1)
+        super().take_steps(1)
         self.seconds += time.process_time() - began
         self.cones = max(self.cones, cone_residual(self.assembly.network))
 

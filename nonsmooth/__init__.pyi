@@ -110,6 +110,7 @@ from nonsmooth.results.stats import SceneStats as SceneStats
 from nonsmooth.results.stats import Stats as Stats
 from nonsmooth.runs.choice import Auto as Auto
 from nonsmooth.runs.simulate import simulate as simulate
+from nonsmooth.runs.stepper import Stepper as Stepper
 from nonsmooth.scenes.elements import Body as Body
 from nonsmooth.scenes.elements import Joint as Joint
 from nonsmooth.scenes.joint_friction import PinFriction as PinFriction

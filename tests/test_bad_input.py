@@ -200,6 +200,7 @@ CALLS = {
         "make_scene": lambda mu: None, "measures": len, "t_span": (0, 0.01), "integrator": STEP, "every": 1,
         "record": None,
     }),
+    "Stepper": (ns.Stepper, {"scene": a_scene(), "integrator": STEP, "t_0": 0.0, "record": None}),
     "MapTask": (ns.MapTask, {"model": ROD, "t": 0.0, "state": None, "kept": None}),
     "Axis": (ns.Axis, {"name": "e", "values": [0.1, 0.2], "unit": ""}),
     "LocalPool": (lambda workers: ns.LocalPool(workers).shutdown(), {"workers": 1}),
@@ -384,6 +385,13 @@ ROWS = [
     ("SceneTask", {"t_span": (1, 0)}, r"t_span must not run backwards"),
     ("SceneTask", {"every": 0}, r"every must be a whole number"),
     ("SceneTask", {"record": "body"}, r"record must be some of"),
+    ("Stepper", {"scene": ROD}, r"a stepper goes on with an ns.Scene, or a ready scene; got"),
+    (
+        "Stepper",
+        {"integrator": ns.EventDriven()},
+        r"integrator must be ns.MoreauJean\(dt\), whose steps are of one",
+    ),
+    ("Stepper", {"record": "body"}, r"record must be some of"),
     ("simulate", IN_A_SCENE | {"project": "yes"}, r"project must be True or False; got 'yes'"),
     (
         "simulate",

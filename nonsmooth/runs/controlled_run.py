@@ -37,7 +37,7 @@ class ControlledRun(FreeSteps):
         assembly.desks, self.course = Desks(self.threads), assembly.course
         return assembly
 
-    def _take_steps(self, most: int) -> None:
+    def take_steps(self, most: int) -> None:
         """Take one step."""
         t = self.now
         try:

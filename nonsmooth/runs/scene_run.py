@@ -83,6 +83,7 @@ class SceneRun:
     is_counted = True  # whether its records are those of the table
     has_islands = True  # whether contact problems are solved, island by island
     ends = ENDS  # the status of each way in which steps come back but one
+    _block = 1  # steps before the next look at the clock
     what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
 
     def __init__(
@@ -183,7 +184,7 @@ class SceneRun:
                         self.stop(f"max_steps = {max_steps}")
                     if self.status != Status.RUNNING:
                         return
-                    self._take_steps(min(left, budget - self.steps))
+                    self.take_steps(min(left, budget - self.steps))
                     if self.status != Status.RUNNING:
                         return
                 self.go_on_from(self.interval + 1, self.steps, False)
@@ -285,7 +286,7 @@ class SceneRun:
         self.status, self.cause = Status.NOT_FINITE, refusal
         self.spent = f"{refusal}; stopped at t = {self.now:.9g} s"
 
-    def _take_steps(self, most: int) -> None:
+    def take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, running_time()
         if self.asks_before_steps and not self._ask_functions():

@@ -42,10 +42,10 @@ class SpringRun(FreeSteps):
         if self.forces is not None and self.forces.is_asked:
             self.forces.write(t)
 
-    def _take_steps(self, most: int) -> None:
-        """``SceneRun._take_steps``; a force that says nothing that can be used ends the run."""
+    def take_steps(self, most: int) -> None:
+        """``SceneRun.take_steps``; a force that says nothing that can be used ends the run."""
         try:
-            super()._take_steps(most)
+            super().take_steps(most)
         except InvalidInput as refusal:
             self._end_without_answer(refusal)
 
