@@ -235,3 +235,14 @@ def test_a_scene_of_a_model_is_saved_as_one_of_its_own(tmp_path):
     scene.save(tmp_path / "robot.toml")
     same = ns.Scene.load(tmp_path / "robot.toml")
     assert np.array_equal(run(same, 0.05)["lower"].position, run(scene, 0.05)["lower"].position)
+
+
+def test_what_mujoco_warns_of_is_listed_and_no_log_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "old.xml"
+    path.write_text(
+        '<mujoco><compiler settotalmass="5"/><worldbody><body><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
+    )
+    scene = ns.Scene.load(path)
+    assert any("MuJoCo warns: " in said and "settotalmass" in said for said in scene.not_understood)
+    assert [file.name for file in tmp_path.iterdir()] == ["old.xml"]

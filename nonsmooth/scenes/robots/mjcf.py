@@ -40,7 +40,8 @@ OPEN_EQUALITY = 1e-6  # chosen: by which an equality may be open at the start [m
 
 def values_of_mjcf(path: Path) -> dict[str, float]:
     """The controls of a file, by the names of its actuators."""
-    return dict.fromkeys(controls(*compiled(path)), 0.0)
+    lib, model, _ = compiled(path)
+    return dict.fromkeys(controls(lib, model), 0.0)
 
 
 def load_mjcf(path: Path, values: Mapping[str, float]) -> tuple[Scene, list[str]]:
@@ -53,7 +54,7 @@ def load_mjcf(path: Path, values: Mapping[str, float]) -> tuple[Scene, list[str]
     InvalidInput
         For a file that MuJoCo refuses, a control that is none or out of its range, and a link without a mass.
     """
-    lib, model = compiled(path)
+    lib, model, said = compiled(path)
     data, names = lib.MjData(model), controls(lib, model)
     for name in values:
         if name not in names:
@@ -73,6 +74,8 @@ def load_mjcf(path: Path, values: Mapping[str, float]) -> tuple[Scene, list[str]
     lift(scene, read, roots, bodies)
     hold(scene, read, roots, bodies)
     note_rest(read)
+    for warning in said:
+        read.miss(f"MuJoCo warns: {warning}", "")
     return scene, [f"{what}: {', '.join(of)}" if of != [""] else what for what, of in read.missed.items()]
 
 

@@ -36,8 +36,8 @@ class Read(NamedTuple):
         return bool(self.model.opt.disableflags & int(getattr(self.lib.mjtDisableBit, f"mjDSBL_{flag}")))
 
 
-def compiled(path: Path) -> tuple[Any, Any]:
-    """MuJoCo, and the model that it makes of a file.
+def compiled(path: Path) -> tuple[Any, Any, list[str]]:
+    """MuJoCo, the model that it makes of a file, and what it warns of, which it would write to a log in this folder.
 
     Raises
     ------
@@ -50,10 +50,15 @@ def compiled(path: Path) -> tuple[Any, Any]:
         import mujoco
     except ImportError:
         raise MissingExtra('.xml files of MuJoCo need mujoco; pip install "nonsmooth[mjcf]" brings it') from None
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
     try:
-        return mujoco, mujoco.MjModel.from_xml_path(str(path))
+        return mujoco, mujoco.MjModel.from_xml_path(str(path)), said
     except (ValueError, mujoco.FatalError) as error:
         raise InvalidInput(f"{path} is no MJCF that MuJoCo compiles: {error}") from error
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def controls(lib: Any, model: Any) -> dict[str, int]:
