@@ -16,6 +16,7 @@ SCENES = {
     "BoxStack": "box_stack",
     "CardHouse": "card_house",
     "Conveyor": "conveyor",
+    "CrankInSlot": "crank_in_slot",
     "DominoRow": "domino_row",
     "DoublePendulum": "double_pendulum",
     "EulersDisc": "eulers_disc",

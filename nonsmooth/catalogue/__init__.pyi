@@ -19,6 +19,7 @@ from models.scenes.block_on_incline import BlockOnIncline as BlockOnIncline
 from models.scenes.box_stack import BoxStack as BoxStack
 from models.scenes.card_house import CardHouse as CardHouse
 from models.scenes.conveyor import Conveyor as Conveyor
+from models.scenes.crank_in_slot import CrankInSlot as CrankInSlot
 from models.scenes.domino_row import DominoRow as DominoRow
 from models.scenes.double_pendulum import DoublePendulum as DoublePendulum
 from models.scenes.eulers_disc import EulersDisc as EulersDisc
