@@ -61,6 +61,7 @@ _HOME = {
     "MoreauJean": "integrators.moreau_jean.options",
     "Adaptive": "integrators.adaptive.options",
     "EventDriven": "integrators.event_driven.options",
+    "mesh": "scenes.meshes",
     "Stepper": "runs.stepper",
     "Auto": "runs.choice",
     "classify": "paradox.classify",

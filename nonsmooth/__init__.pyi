@@ -115,6 +115,7 @@ from nonsmooth.scenes.elements import Body as Body
 from nonsmooth.scenes.elements import Joint as Joint
 from nonsmooth.scenes.joint_friction import PinFriction as PinFriction
 from nonsmooth.scenes.materials import Material as Material
+from nonsmooth.scenes.meshes import mesh as mesh
 from nonsmooth.scenes.scene import Scene as Scene
 from nonsmooth.scenes.shapes import Box as Box
 from nonsmooth.scenes.shapes import Capsule as Capsule

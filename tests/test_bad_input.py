@@ -7,8 +7,10 @@ refusal must say. Further down every argument of every function meets values tha
 import functools
 import inspect
 import math
+import tempfile
 import warnings
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,6 +53,12 @@ def a_scene():
 
 def scene_run():
     return ns.simulate(a_scene(), (0, 0.01), integrator=STEP)
+
+
+def a_mesh():
+    path = Path(tempfile.mkdtemp()) / "t.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    return path
 
 
 IN_A_SCENE = {"system": a_scene(), "q0": None, "u0": None, "selection": "compliant-limit"}
@@ -200,6 +208,7 @@ CALLS = {
         "make_scene": lambda mu: None, "measures": len, "t_span": (0, 0.01), "integrator": STEP, "every": 1,
         "record": None,
     }),
+    "mesh": (ns.mesh, {"path": a_mesh(), "scale": 1.0, "cut": None}),
     "Stepper": (ns.Stepper, {"scene": a_scene(), "integrator": STEP, "t_0": 0.0, "record": None}),
     "MapTask": (ns.MapTask, {"model": ROD, "t": 0.0, "state": None, "kept": None}),
     "Axis": (ns.Axis, {"name": "e", "values": [0.1, 0.2], "unit": ""}),
@@ -385,6 +394,9 @@ ROWS = [
     ("SceneTask", {"t_span": (1, 0)}, r"t_span must not run backwards"),
     ("SceneTask", {"every": 0}, r"every must be a whole number"),
     ("SceneTask", {"record": "body"}, r"record must be some of"),
+    ("mesh", {"path": "nowhere.stl"}, r"nowhere.stl is no mesh that trimesh reads"),
+    ("mesh", {"scale": 0.0}, r"scale must be positive \[m\]; got 0"),
+    ("mesh", {"cut": 2.0}, r"cut must lie in \[0, 1\]; got 2"),
     ("Stepper", {"scene": ROD}, r"a stepper goes on with an ns.Scene, or a ready scene; got"),
     (
         "Stepper",
