@@ -95,6 +95,11 @@ def refused_by_rigid_steps(run: SceneRun) -> Iterator[str]:
 def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
     """What `Penalty` does not take."""
     yield from refused_drives(run)
+    if (run.world.surfaces.rolling > 0.0).any() or (run.world.surfaces.spinning > 0.0).any():
+        yield (
+            "rolling and spinning friction are laws of rigid contacts, which Penalty has not, and a material of the "
+            "scene has some; take MoreauJean(dt)"
+        )
     if threads > 1:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "

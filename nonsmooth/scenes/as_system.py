@@ -32,7 +32,7 @@ from nonsmooth.scenes.materials import impact_of_pair
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, inverse, place_of, rotate
 from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functions_of_touches
-from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs
+from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs, resists
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR, HalfPlane
 from nonsmooth.scenes.solids_as_system import (
@@ -56,7 +56,8 @@ class _Asked:
     def __init__(self, scene: Scene, pairs: Any, t_0: float) -> None:
         self.scene, self.pairs, self.t_0 = scene, pairs, t_0
         of_pairs = tuple((tuple(sorted(names)), given) for names, given in scene.pairs.items())
-        own = np.asarray(scene.gravity), scene.name, scene.t_end, scene.dt
+        lengths = tuple((tuple(sorted(names)), given) for names, given in scene.resistances.items())
+        own = np.asarray(scene.gravity), scene.name, scene.t_end, scene.dt, lengths
         self.content = content_of(
             (tuple(scene.bodies), tuple(scene.joints), tuple(scene.ignored), of_pairs, own, pairs, t_0)
         )
@@ -148,6 +149,8 @@ def _require_plain(scene: Scene) -> None:
             raise InvalidInput(f"{body.name} is guided, which no system of a scene in space holds; {CURE}")
         if isinstance(body.shape, HalfPlane) and np.any(body.spin):
             raise InvalidInput(f"{body.name} is a half-plane that turns, which no system of a scene holds; {CURE}")
+    if resists(scene):
+        raise InvalidInput(f"a material has rolling or spinning friction, which no system of a scene holds; {CURE}")
     if scene.springs:
         raise InvalidInput(f"{scene.springs[0].name} is a spring, which no system of a scene holds; {CURE}")
     if scene.forces:

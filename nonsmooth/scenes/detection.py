@@ -19,6 +19,7 @@ NO_SHAPE = (1 << SHAPE_BITS) - 1  # derived: the last number of a shape: in keys
 FIRST_JOINT = NO_SHAPE << (SHAPE_BITS + FEATURE_BITS)  # derived: above the keys of all contacts
 FIRST_SPRING = (NO_SHAPE - 1) << (SHAPE_BITS + FEATURE_BITS)  # derived: and those of springs below the ones of joints
 FIRST_DRIVE = (NO_SHAPE - 2) << (SHAPE_BITS + FEATURE_BITS)  # derived: and those of drives of joints below these
+FIRST_ROLLING = (NO_SHAPE - 3) << (SHAPE_BITS + FEATURE_BITS)  # derived: and of rolling friction below these
 # chosen: no line of an ordinary scene is across it: of two shapes alike the one that is farther back along it is asked
 # first
 ASKEW = (0.3183, 0.3679, 1.0)
@@ -111,3 +112,15 @@ def is_finite(motion):
         for k in range(motion.v.shape[1]):
             total += 0.0 * motion.v[b, k]
     return total == 0.0
+
+
+@kernel
+def is_rolling(key):
+    """Whether a key is that of rolling or spinning friction."""
+    return FIRST_ROLLING <= key < FIRST_DRIVE
+
+
+@kernel
+def contact_of(key):
+    """The contact, a row of the problem, whose friction it is."""
+    return (key >> FEATURE_BITS) & NO_SHAPE

@@ -1,6 +1,6 @@
 """What surfaces are made of, and what two of them do to one another.
 
-    mu = sqrt(mu_a mu_b),    e = sqrt(e_a e_b)
+    mu = sqrt(mu_a mu_b),    e = sqrt(e_a e_b),    and so the lengths of rolling and spinning friction
 
 unless the pair was given its own: a rule, not a law of physics, that leaves equal materials as they are and has nothing
 rebound from what swallows all. Laws of the sliding speed have no such mean: equal materials keep theirs, others are
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-from nonsmooth.checks.arrays import as_fraction, as_name
+from nonsmooth.checks.arrays import as_fraction, as_name, as_non_negative
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, FrictionLaw, as_law
 from nonsmooth.mechanics.signatures import takes
@@ -38,26 +38,35 @@ class Material:
         What e is a ratio of, as of `Contact`; of two materials the one that is given. What rebounds in a scene has one
         law. Others than Newton's are for islands of few contacts, and in space for those without friction.
 
+    rolling, spinning : float, optional
+        Lengths of rolling and spinning friction against its like [m]: the moments of a contact against the angular
+        velocities of its bodies along its tangents, and along its normal, are at most these times what it presses. A
+        ball of radius R rests on slopes up to atan(rolling/R).
+
     Raises
     ------
     InvalidInput
-        For mu < 0, or e outside [0, 1].
+        For mu < 0, lengths < 0, or e outside [0, 1].
 
     Examples
     --------
     >>> import nonsmooth as ns
     >>> ns.Material(mu=0.8, e=0.1, name="rubber")
-    Material(mu=0.8, e=0.1, name='rubber', impact=None)
+    Material(mu=0.8, e=0.1, name='rubber', impact=None, rolling=0.0, spinning=0.0)
     """
 
     mu: float | FrictionLaw = 0.5
     e: float = 0.0
     name: str = ""
     impact: str | None = None
+    rolling: float = 0.0
+    spinning: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mu", as_mu(self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
+        for what in ("rolling", "spinning"):
+            object.__setattr__(self, what, as_non_negative(what, getattr(self, what)))
         if not isinstance(self.name, str):
             raise InvalidInput(f"the name of a material must be a text; got {shown(self.name)}")
         if self.impact is not None:
@@ -82,6 +91,11 @@ def of_pair(a: Material, b: Material) -> tuple[float | FrictionLaw | None, float
     if isinstance(a.mu, FrictionLaw) or isinstance(b.mu, FrictionLaw):
         return a.mu if a.mu == b.mu else None, e
     return math.sqrt(a.mu * b.mu), e
+
+
+def lengths_of_pair(a: Material, b: Material) -> tuple[float, float]:
+    """Lengths of rolling and spinning friction of two materials by the rule above [m]."""
+    return math.sqrt(a.rolling * b.rolling), math.sqrt(a.spinning * b.spinning)
 
 
 def impact_of_pair(a: Material, b: Material) -> str | None:

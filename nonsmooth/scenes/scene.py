@@ -37,7 +37,7 @@ from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.elements import Body, Force, Joint, Kind, Spring
 from nonsmooth.scenes.joining import Joining
-from nonsmooth.scenes.materials import Material, as_mu, of_pair
+from nonsmooth.scenes.materials import Material, as_mu, lengths_of_pair, of_pair
 from nonsmooth.scenes.ranges import as_mass, require_within
 from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_turn
 from nonsmooth.views import view
@@ -95,6 +95,7 @@ class Scene(Joining):
         self.springs: list[Spring] = []
         self.ignored: list[tuple[Body, Body]] = []
         self.pairs: dict[frozenset[str], tuple[float | FrictionLaw | None, float | None]] = {}
+        self.resistances: dict[frozenset[str], tuple[float | None, float | None]] = {}
         self._names: dict[str, int] = {}
 
     def body(
@@ -369,7 +370,8 @@ class Scene(Joining):
         return held | {frozenset(pair) for pair in self.ignored}
 
     def pair(
-        self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None
+        self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None,
+        rolling: float | None = None, spinning: float | None = None,
     ) -> None:  # fmt: skip
         """Give two materials coefficients of their own.
 
@@ -379,7 +381,8 @@ class Scene(Joining):
             Materials of bodies of this scene, or their names.
         mu : float or FrictionLaw, optional
         e : float, optional
-            What is left out stays as it was, or goes by the rule of `Material`.
+        rolling, spinning : float, optional
+            As of `Material`. What is left out stays as it was, or goes by the rule of `Material`.
 
         Raises
         ------
@@ -387,8 +390,17 @@ class Scene(Joining):
             For a material without a name, a coefficient that breaks its rule, and none at all.
         """
         names = frozenset(self._material_name(material) for material in (a, b))
+        if mu is e is rolling is spinning is None:
+            raise InvalidInput(f"the pair {', '.join(sorted(names))} needs mu=, e=, rolling= or spinning=; got none")
+        if rolling is not None or spinning is not None:
+            before = self.resistances.get(names, (None, None))
+            lengths = [None if value is None else as_non_negative(what, value)
+                       for what, value in (("rolling", rolling), ("spinning", spinning))]  # fmt: skip
+            self.resistances[names] = (
+                before[0] if lengths[0] is None else lengths[0], before[1] if lengths[1] is None else lengths[1]
+            )  # fmt: skip
         if mu is None and e is None:
-            raise InvalidInput(f"the pair {', '.join(sorted(names))} needs mu= or e=; got neither")
+            return
         own_mu, own_e = self.pairs.get(names, (None, None))
         self.pairs[names] = (
             own_mu if mu is None else as_mu(mu),
@@ -505,7 +517,7 @@ class Scene(Joining):
         if self.built_from is not None:
             return self.built_from
         materials = {body.material for body in self.bodies}
-        surface = materials.pop() if len(materials) == 1 and not self.pairs else None
+        surface = materials.pop() if len(materials) == 1 and not self.pairs | self.resistances else None
         of_surface = {} if surface is None else {"mu": surface.mu, "e": surface.e}
         numbers = {name: value for name, value in of_surface.items() if not isinstance(value, FrictionLaw)}
         return {"g": float(np.linalg.norm(self.gravity)), **numbers}
@@ -585,12 +597,25 @@ def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float | Fri
     return mu, e if own_e is None else own_e
 
 
+def resistances_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:
+    """Lengths of rolling and spinning friction of two materials: those that the pair was given, or by the rule [m]."""
+    rule, own = lengths_of_pair(a, b), scene.resistances.get(frozenset((a.name, b.name)), (None, None))
+    rolling, spinning = (mean if given is None else given for mean, given in zip(rule, own, strict=True))
+    return rolling, spinning
+
+
+def resists(scene: Scene) -> bool:
+    """Whether a contact of a scene may have rolling or spinning friction."""
+    materials = {id(body.material): body.material for body in scene.bodies}.values()
+    return any(any(resistances_of(scene, a, b)) for a in materials for b in materials)
+
+
 def require_known_pairs(scene: Scene) -> None:
     """Raise `InvalidInput` for coefficients of a pair of which no body is made, or two materials of a name."""
     materials: dict[str, set[Material]] = {}
     for body in scene.bodies:
         materials.setdefault(body.material.name, set()).add(body.material)
-    for name in sorted(frozenset().union(*scene.pairs)):
+    for name in sorted(frozenset().union(*scene.pairs, *scene.resistances)):
         if name not in materials:
             raise InvalidInput(f"scene.pair names a material {name!r} that no body is made of")
         if len(materials[name]) > 1:

@@ -298,9 +298,11 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     blocks += [f"[[joints]]\n{_lines(_joint(scene, joint))}" for joint in scene.joints]
     blocks += [f"[[springs]]\n{_lines(_spring(spring))}" for spring in scene.springs]
     blocks += [f"[[forces]]\n{_lines(_force(force))}" for force in scene.forces]
-    for names, (mu, e) in scene.pairs.items():
-        a, b = (*names, *names)[:2]
-        blocks.append(f"[[pairs]]\n{_lines({'a': a, 'b': b, 'mu': mu, 'e': e})}")
+    for names in dict.fromkeys((*scene.pairs, *scene.resistances)):
+        (a, b), (mu, e) = (*names, *names)[:2], scene.pairs.get(names, (None, None))
+        rolling, spinning = scene.resistances.get(names, (None, None))
+        own = {"a": a, "b": b, "mu": mu, "e": e, "rolling": rolling, "spinning": spinning}
+        blocks.append(f"[[pairs]]\n{_lines(own)}")
     blocks += [f"[[ignored]]\n{_lines({'bodies': [a.name, b.name]})}" for a, b in scene.ignored]
     with whole_file(place) as part:
         part.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
@@ -345,7 +347,8 @@ def _arguments(shape: Shape) -> list[Any]:
 
 
 def _material(material: Material) -> dict[str, Any]:
-    return {"name": material.name or None, "mu": material.mu, "e": material.e, "impact": material.impact}
+    lengths = {"rolling": material.rolling or None, "spinning": material.spinning or None}
+    return {"name": material.name or None, "mu": material.mu, "e": material.e, "impact": material.impact, **lengths}
 
 
 def _body(scene: Scene, body: Any) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from nonsmooth.integrators.assembly.of_body import write_rows
 from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
-from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_DRIVE, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_ROLLING, LAST_FEATURE, NO_SHAPE, SHAPE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 SAME_NORMAL = 1e-5  # chosen: of two normals that are one, as of faces that are flush (hidden.py)
@@ -45,6 +45,8 @@ class Surfaces(Block):
     has_laws: int  # whether there are such laws
     laws: Array[Floats, "n_l", "width"]  # of all pairs of materials, one row of n_m behind the other; where there are
     e: Array[Floats, "n_m", "n_m"]
+    rolling: Array[Floats, "n_m", "n_m"]  # lengths of rolling and spinning friction (rolling.py) [m]
+    spinning: Array[Floats, "n_m", "n_m"]
     impact: int  # the law of impact of all pairs of materials that rebound, an ``ImpactLaw``
     is_compliant: int  # then every contact has a spring and a damper in place of e
     stiffness: float  # [N/m]
@@ -248,7 +250,7 @@ def find_sources_on_neighbours(shapes, bodies, found, n_c, contacts):
     list_before(contacts)
     moves = bodies.motion.moves
     for c in range(n_c):
-        if contacts.source[c] < 0 and found.key[c] < FIRST_DRIVE:
+        if contacts.source[c] < 0 and found.key[c] < FIRST_ROLLING:
             for side in range(2):
                 s = found.shape_i[c] if side == 0 else found.shape_j[c]
                 if contacts.source[c] < 0 and moves[shapes.body[s]] == 1:
@@ -261,7 +263,7 @@ def list_before(contacts):
     for s in range(contacts.left_of.shape[0]):
         contacts.left_of[s] = -1
     for at in range(contacts.n_before):
-        if contacts.key_before[at] < FIRST_DRIVE:
+        if contacts.key_before[at] < FIRST_ROLLING:
             for side in range(2):
                 s = shape_of_key(contacts.key_before[at], side)
                 contacts.left[at, side] = contacts.left_of[s]

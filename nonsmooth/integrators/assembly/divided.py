@@ -34,7 +34,7 @@ from nonsmooth.integrators.assembly.sleep import ContactRows
 from nonsmooth.integrators.assembly.wandering import turns_or_gains
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FIRST_DRIVE, Found
+from nonsmooth.scenes.detection import FIRST_ROLLING, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 FAST = 4.0  # chosen: times g dt, the velocity of approach of a landing: what is slower loses less than the step does
@@ -140,7 +140,7 @@ def keep_part(found_at, contacts_at, network_at, parts_at):
     found, contacts = view(found_at, Found), view(contacts_at, Contacts)
     network, parts, d = view(network_at, Network), view(parts_at, Parts), found.normal.shape[1]
     for c in range(network.n_c):
-        if contacts.P[c, 0] > 0.0 and found.key[c] < FIRST_DRIVE:
+        if contacts.P[c, 0] > 0.0 and found.key[c] < FIRST_ROLLING:
             at = row_of_key(parts, found.key[c], d)
             parts.gap[at], parts.mu[at] = found.gap[c], network.mu[c]
             parts.i[at], parts.j[at] = network.i[c], network.j[c]
@@ -240,7 +240,7 @@ def with_parts(rows: ContactRows, keys: np.ndarray, parts: Parts) -> tuple[Conta
     is_last = np.append(keys, NO_KEY)[at] == key
     own = rows.own.copy()
     own[at[is_last]] += np.einsum("crk,ck->cr", rows.frame[at[is_last]], P[is_last])
-    left = order[~is_last & (key < FIRST_DRIVE)]
+    left = order[~is_last & (key < FIRST_ROLLING)]
     columns = {name: getattr(parts, name)[left] for name in ContactRows._fields if name != "own"}
     others = ContactRows(**columns, own=np.einsum("crk,ck->cr", parts.frame[left], parts.P[left]))
     keys = np.concatenate((keys, parts.key[left]))

@@ -131,6 +131,7 @@ class Progress(Block):
     has_impact_law: int  # whether impacts follow another law than Newton's
     has_laws: int  # whether friction varies with the slip
     has_pins: int  # whether joints have friction
+    has_rolling: int  # whether contacts have friction of rolling or spinning
     speeds: int  # times that the coefficients of the step were taken at other velocities
     has_faces: int  # whether several shapes have plane faces, which may hide one another
     is_resting: int  # whether the last step changed nothing: the next one of its length would be the same
@@ -213,15 +214,15 @@ def note_worst(residual, network, progress, d):
 
 
 @kernel
-def note_step(network, asleep, deepest, slack, progress):
-    """The figures of a step, before more islands fall asleep."""
+def note_step(network, asleep, deepest, left, progress):
+    """The figures of a step, before more islands fall asleep; left: ropes that are no rows, less rows of rolling."""
     counts, figures = progress.counts, progress.figures
     figures.last_penetration = max(figures.last_penetration if progress.parts > 1 else 0.0, -deepest)
     if progress.left > 0.0:
         return
     counts.steps += 1
     counts.left_islands += asleep.count
-    counts.most_contacts = max(counts.most_contacts, network.n_c + asleep.n_c + slack)
+    counts.most_contacts = max(counts.most_contacts, network.n_c + asleep.n_c + left)
     figures.penetration = max(figures.penetration, figures.last_penetration)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
 

@@ -31,7 +31,7 @@ from nonsmooth.integrators.assembly.spatial import move_freely
 from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS, rounded_sum
-from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.detection import Found, contact_of, is_rolling
 
 SHARE = 0.2  # chosen: of a penetration that a step takes back: more throws bodies about that sweeps have not settled
 SWEEPS = 10  # measured: of a falling heap of 1000 discs: 20 leave the same penetration
@@ -134,6 +134,8 @@ def rest(found, network, d, n, moves, fall):
                 for x in range(n):
                     size[network.i[c], x] += abs(network.Y_i[c, row, x]) * P
                     size[network.j[c], x] += abs(network.Y_j[c, row, x]) * P
+        if is_rolling(found.key[c]):
+            add_pressure(network, contact_of(found.key[c]), n, size)
     islands, M_inv = network.islands, network.M_inv
     for b in range(v.shape[0]):
         k = islands.of[b]
@@ -144,6 +146,15 @@ def rest(found, network, d, n, moves, fall):
             of_all = left * sqrt(M_inv[b, x, x] * M_inv[b, 0, 0])
             if abs(v[b, x]) <= max(of_all, rounded_sum(VELOCITY_ROUNDINGS_LEFT, size[b, x])):
                 v[b, x] = 0.0
+
+
+@kernel
+def add_pressure(network, c, n, size):
+    """Add what the bodies of contact c gain by its normal impulse along each of their velocities, whatever its normal:
+    rolling friction is solved to a part of that, and leaves nothing else of what it stops."""
+    for b in (network.i[c], network.j[c]):
+        for x in range(n):
+            size[b, x] += sqrt(network.M_inv[b, x, x] * network.M_inv[b, 0, 0]) * network.P[c, 0]
 
 
 @kernel

@@ -26,7 +26,7 @@ from nonsmooth.integrators.assembly.of_body import predict_body
 from nonsmooth.integrators.assembly.project import Moves
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import FIRST_DRIVE, Found
+from nonsmooth.scenes.detection import FIRST_ROLLING, Found
 
 
 class Asleep(Block):
@@ -73,14 +73,14 @@ class ContactRows(NamedTuple):
 
 def rows_of_step(found: Found, network: Network, P: np.ndarray) -> ContactRows:
     """Those that stand among the rows of the step, before its springs and joints."""
-    n, d = int(np.searchsorted(found.key[: int(network.n_c)], FIRST_DRIVE)), P.shape[1]
+    n, d = int(np.searchsorted(found.key[: int(network.n_c)], FIRST_ROLLING)), P.shape[1]
     columns = network.i, network.j, network.mu, found.gap, found.normal, found.point, network.J_j[:, :, :d], P
     return ContactRows(*(column[:n] for column in columns))
 
 
 def rows_at_rest(asleep: Asleep) -> ContactRows:
     """Those that sleep, island by island."""
-    is_contact = asleep.key[: int(asleep.n_c)] < FIRST_DRIVE
+    is_contact = asleep.key[: int(asleep.n_c)] < FIRST_ROLLING
     return ContactRows(*(getattr(asleep, name)[: int(asleep.n_c)][is_contact] for name in ContactRows._fields))
 
 

@@ -16,7 +16,7 @@ from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.contact.planar.ladder import SPEED_SWEEPS
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
-from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts
+from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts
 from nonsmooth.integrators.assembly.divided import (
     Parts,
     ask_of_landings,
@@ -80,6 +80,13 @@ from nonsmooth.integrators.assembly.progress import (
     note_turns,
 )
 from nonsmooth.integrators.assembly.project import move_bodies
+from nonsmooth.integrators.assembly.rolling import (
+    MOST_ROLLING,
+    add_rolling,
+    count_rolling,
+    limit_rolling,
+    write_rolling,
+)
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
 from nonsmooth.integrators.assembly.spatial import take_spins, turn_inertia
 from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, add_springs, write_springs
@@ -145,7 +152,7 @@ def take_part(progress, d):
                 progress.is_examined = 1
                 return DOUBTFUL
         end = solve(progress, places, network, d)
-        if end == DONE and (progress.has_laws == 1 or progress.has_pins == 1):
+        if end == DONE and (progress.has_laws == 1 or progress.has_pins == 1 or progress.has_rolling == 1):
             end = find_speeds(progress, places, network, d)
         if end != DONE:
             return end
@@ -229,7 +236,7 @@ def find(progress, places, network, d):
         progress.wanted = pairs.count + network.n_c
         return MORE_BOOKS
     write_contacts(places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt, d)
-    hold(places, 0, dt)
+    hold(progress, places, 0, dt)
     prepare(places, d)
     if progress.divisions > 0:
         ask_of_landings(places.bodies, places.found, places.network, dt, progress.whole, progress.lets_in)
@@ -242,8 +249,12 @@ def find(progress, places, network, d):
 
 
 @kernel
-def hold(places, is_impact, dt):
-    """The rows of drives, springs and joints, of a step or of its impact."""
+def hold(progress, places, is_impact, dt):
+    """The rows of rolling friction, drives, springs and joints, of a step or of its impact."""
+    if progress.has_rolling == 1:
+        write_rolling(
+            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, is_impact
+        )
     if view(places.drives, Drives).count > 0:
         write_drives(places.drives, places.bodies, places.found, places.contacts, places.network, is_impact, dt)
     if view(places.springs, Springs).count > 0:
@@ -267,13 +278,16 @@ def find_among_awake(progress, places, network, d):
         if n < 0:
             progress.wanted = -n
             return MORE_PAIRS
-        if n + others + asleep.n_c > found.gap.shape[0]:
-            progress.wanted = n + others + asleep.n_c
+        rolling = MOST_ROLLING * n if progress.has_rolling == 1 else 0
+        if n + rolling + others + asleep.n_c > found.gap.shape[0]:
+            progress.wanted = n + rolling + others + asleep.n_c
             return MORE_CONTACTS
         if progress.has_faces == 1:
             n = leave_out_hidden(places.shapes, places.motion, places.joints, places.links, places.found, n)
         if joints.apart > 0:
             n = leave_out_ignored(places.joints, places.shapes, places.found, n)
+        if progress.has_rolling == 1:
+            n = add_rolling(view(places.surfaces, Surfaces), found, n)
         if drives.count > 0:
             n = add_drives(drives, bodies.motion, found, margin, n)
         if springs.count > 0:
@@ -335,6 +349,10 @@ def find_speeds(progress, places, network, d):
             )
         if change >= 0 and progress.has_pins == 1:
             change |= rub_pins(places.drives, places.bodies, places.found, places.network, progress.dt, tol)
+        if change >= 0 and progress.has_rolling == 1:
+            change |= limit_rolling(
+                places.bodies, places.shapes, places.surfaces, places.found, places.network, tol, progress.speeds
+            )
         if change < 0:
             progress.wanted, progress.stage = -1 - change, FIND
             return NO_FRICTION
@@ -363,7 +381,10 @@ def end_step(progress, places, network, d):
     """The energy of the step and its figures."""
     asleep, bodies, found, dt = view(places.asleep, Asleep), places.bodies, places.found, progress.dt
     deepest = min(deepest_gap(view(found, Found), network.n_c), asleep.deepest)
-    note_step(network, asleep, deepest, view(places.drives, Drives).slack, progress)
+    left = view(places.drives, Drives).slack
+    if progress.has_rolling == 1:
+        left -= count_rolling(view(found, Found).key, network.n_c) + count_rolling(asleep.key, asleep.n_c)
+    note_step(network, asleep, deepest, left, progress)
     if progress.may_sleep == 1 and progress.parts == 0:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, progress.is_pushed)
@@ -405,7 +426,7 @@ def rebounds(progress, places, network, d):
     count = begin_impact(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole, d)
     if count == 0:
         return False
-    hold(places, 1, progress.dt)
+    hold(progress, places, 1, progress.dt)
     prepare(places, d)
     if progress.has_impact_law == 0:
         ask_rebounds(places.contacts, places.network)

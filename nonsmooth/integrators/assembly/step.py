@@ -46,6 +46,7 @@ from nonsmooth.integrators.assembly.progress import (
     Progress,
 )
 from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies
+from nonsmooth.integrators.assembly.rolling import limit_rolling, write_rolling
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
 from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_springs
@@ -57,7 +58,7 @@ from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import FIRST_DRIVE, Found
+from nonsmooth.scenes.detection import FIRST_ROLLING, Found
 from nonsmooth.scenes.find_contacts import find_contacts
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -180,6 +181,8 @@ class Assembly(InMotion):
         rare += (write_springs,) if springs.count else ()
         rare += (write_drives,) if drives.count else ()
         rare += (book_reactions,) if drives.count or joints.count else ()
+        has_rolling = bool((surfaces.rolling > 0.0).any() or (surfaces.spinning > 0.0).any())
+        rare += (write_rolling, limit_rolling) if has_rolling else ()
         rare += (rub_pins,) if (drives.law == RUBS).any() else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
@@ -193,7 +196,7 @@ class Assembly(InMotion):
         progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
         progress.has_impact_law = has_restitution and surfaces.impact != ImpactLaw.NEWTON
         progress.may_divide, progress.theta = may_divide, theta
-        progress.has_pins = bool((drives.law == RUBS).any())
+        progress.has_pins, progress.has_rolling = bool((drives.law == RUBS).any()), has_rolling
         bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
         progress.tight = TIGHT * self.smallest if len(bounded) else 0.0
@@ -313,7 +316,7 @@ class Assembly(InMotion):
             rows, found = with_parts(rows, found, self.parts)
         if self.asleep.count == 0:
             return rows
-        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_DRIVE
+        is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_ROLLING
         is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
         resting = rows_at_rest(self.asleep)
         keys = np.concatenate((found[is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
@@ -329,8 +332,9 @@ class Assembly(InMotion):
     @property
     def n_contacts(self) -> int:
         """Candidates of the last step."""
-        every = int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts + self.drives.slack)
-        return every - self.n_others if self.progress.counts.steps else every
+        asleep, found = self.asleep, self.found.key[: int(self.network.n_c)]
+        before = asleep.key[: int(asleep.n_c - asleep.new_contacts)]
+        return int((found < FIRST_ROLLING).sum() + (before < FIRST_ROLLING).sum())
 
     @property
     def n_others(self) -> int:

@@ -38,7 +38,7 @@ from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
 from nonsmooth.scenes.ranges import require_within
-from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs
+from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs, resistances_of
 from nonsmooth.scenes.shape_rows import shape_block
 from nonsmooth.scenes.shapes import PLANAR, as_turn
 
@@ -114,12 +114,14 @@ class World:
         bodies = Counter(id(body.material) for body in self.scene.bodies)
         laws: list[FrictionLaw] = []
         pairs: list[tuple[Material, Material, float]] = []
-        mu, e = np.zeros((2, len(listed), len(listed)))
+        mu, e, rolling, spinning = np.zeros((4, len(listed), len(listed)))
         for a, first in enumerate(listed):
             for b, second in enumerate(listed):
                 touch = id(first) in moving or id(second) in moving
                 friction, e[a, b] = coefficients_of(self.scene, first, second) if touch else (0.0, 0.0)
                 laws.append(as_law(friction))
+                if touch:
+                    rolling[a, b], spinning[a, b] = resistances_of(self.scene, first, second)
                 if touch and (a < b or (a == b and bodies[id(first)] > 1)):
                     pairs.append((first, second, float(e[a, b])))
         has_laws = any(not isinstance(law, Coulomb) for law in laws)
@@ -128,6 +130,7 @@ class World:
         rows = self._law_rows(laws)
         mu.flat[:] = [interpreted(static_coefficient)(rows, k) for k in range(len(rows))]
         surfaces.mu[:], surfaces.laws[:] = mu, rows[: len(surfaces.laws)]
+        surfaces.rolling[:], surfaces.spinning[:] = rolling, spinning
         surfaces.impact = int(law_of_impacts(pairs))
         return surfaces
 
