@@ -25,6 +25,7 @@ from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import Compound, Shape, Sphere
 
 CARRIER_PART = 1e-5  # measured: of the mass of a link, that of a carrier: with 1e-6 a humanoid that falls misses 1e-8
+MARK = 0.2  # chosen: radius of what stands for a carrier or the world, of that of a ball like its link: it is drawn
 SMALLEST_MARK = 1e-3  # chosen: radius of what stands for a link without a shape [m]
 WORLD = -1  # code: in the place of a link
 
@@ -89,7 +90,7 @@ def add_links(scene: Scene, links: Sequence[Link], touches: Callable[[int, int],
         whole = mass_of_link(link)
         for coordinate in chain[:-1]:
             name = unused(f"{link.name} on {coordinate.name}", scene)
-            carriers.append(add_body(scene, link, scaled(whole, CARRIER_PART), name, Sphere(size_of(whole))))
+            carriers.append(add_body(scene, link, scaled(whole, CARRIER_PART), name, Sphere(MARK * size_of(whole))))
             join(scene, above, carriers[-1], coordinate)
             above = carriers[-1]
         left = scaled(whole, 1.0 - CARRIER_PART * max(0, len(chain) - 1))
@@ -165,7 +166,7 @@ def size_of(whole: Mass) -> float:
 
 def mark_of(links: Sequence[Link]) -> float:
     """The radius of what stands for the world: that of the smallest link."""
-    return min(size_of(mass_of_link(link)) for link in links if not link.is_fixed)
+    return MARK * min(size_of(mass_of_link(link)) for link in links if not link.is_fixed)
 
 
 def join(scene: Scene, above: Body | None, body: Body, coordinate: Coordinate) -> Joint:
