@@ -12,7 +12,7 @@ from typing import Any
 
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.scene_files import BUILT, KINDS, LAWS, OF_JOINTS, SHAPES, TEXTS
+from nonsmooth.scenes.scene_files import BUILT, KINDS, LAWS, OF_JOINTS, PINS, SHAPES, TEXTS
 
 Schema = dict[str, Any]
 
@@ -70,6 +70,8 @@ def _of_argument(name: str) -> Schema:
         return {"type": "string"}
     if name == "shape":
         return _one_of(SHAPES)
+    if name == "friction":
+        return _one_of(PINS)
     if name == "mu":
         return {"anyOf": [NUMBER, _one_of(LAWS)]}
     return ANY_NUMBERS

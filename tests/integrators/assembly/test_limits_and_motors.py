@@ -447,3 +447,14 @@ def test_the_interpreter_drives_joints_with_the_bits_of_compiled_code(dim):
     for name in ("bodies", "contacts", "ledger", "pairs", "reactions", "drives"):
         found, expected = (getattr(run, name).words.view(np.int64) for run in (other, one))
         np.testing.assert_array_equal(found, expected)
+
+
+def test_a_file_holds_the_friction_of_a_pin(tmp_path):
+    """It was left out of files without a word."""
+    scene, _ = bar(2)
+    scene.body(ball(2, 0.1), mass=1.0, position=(1.0, 0.5), spin=3.0, name="wheel")
+    scene.hinge("bar", "wheel", at=(1.0, 0.5), friction=ns.PinFriction(mu=0.3, radius=0.02), name="pin")
+    scene.save(tmp_path / "pin.toml")
+    read = ns.Scene.load(tmp_path / "pin.toml")
+    assert read.joints[1].friction == ns.PinFriction(mu=0.3, radius=0.02) and read.joints[0].friction is None
+    assert (run(read, 0.2, 2e-3).position == run(scene, 0.2, 2e-3).position).all()
