@@ -94,3 +94,36 @@ def without_straight(points: np.ndarray, loop: Loop, slack: float) -> Loop:
         if np.linalg.norm(np.cross(edge, points[here] - points[before])) > slack * np.linalg.norm(edge):
             kept.append(here)
     return tuple(kept)
+
+
+def hull_points(points: np.ndarray, most: int) -> tuple[np.ndarray, float]:
+    """Corners of the convex hull of points (k, 3), the widest ones where there are more than so many; how far the
+    others stand out of their hull [m].
+
+    Those that stand out farthest of each face are taken until there are so many, as quickhull does.
+    """
+    from scipy.spatial import ConvexHull
+
+    corners = points[ConvexHull(points).vertices]
+    if len(corners) <= most:
+        return corners, 0.0
+    taken = {int(k) for axis in range(3) for k in (corners[:, axis].argmin(), corners[:, axis].argmax())}
+    taken |= set(farthest_from(corners, taken))
+    while True:
+        hull = ConvexHull(corners[sorted(taken)])
+        height = corners @ hull.equations[:, :3].T + hull.equations[:, 3]
+        out = height.max(axis=1)
+        out[sorted(taken)] = 0.0
+        room = most - len(taken)
+        if room == 0 or not out.max() > 0.0:
+            return corners[sorted(taken)], float(max(0.0, out.max()))
+        best = {int(k) for k in height.argmax(axis=0) if out[k] > 0.0} - taken
+        taken |= set(sorted(best, key=lambda k: -out[k])[:room])
+
+
+def farthest_from(corners: np.ndarray, taken: set[int]) -> list[int]:
+    """Corners that make a hull of those taken have a volume: the farthest from their mean along each principal axis."""
+    middle = corners - corners.mean(axis=0)
+    axes = np.linalg.svd(middle, full_matrices=False)[2]
+    along = middle @ axes.T
+    return [int(k) for axis in range(3) for k in (along[:, axis].argmin(), along[:, axis].argmax())]

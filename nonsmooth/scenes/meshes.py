@@ -13,8 +13,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_fraction, as_positive
 from nonsmooth.checks.files import as_path
 from nonsmooth.errors import InvalidInput, MissingExtra, NotUnderstoodWarning, said_by, warn_caller
-from nonsmooth.scenes.convex_hull import MOST_CORNERS
-from nonsmooth.scenes.robots.links import hull_points
+from nonsmooth.scenes.convex_hull import MOST_CORNERS, hull_points
 from nonsmooth.scenes.shapes import Compound, Polyhedron
 
 HOLLOW = 0.01  # chosen: part of its volume by which the hull of a mesh may be larger without a word

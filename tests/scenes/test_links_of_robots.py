@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.scenes.convex_hull import hull_points
 from nonsmooth.scenes.mass_properties import Mass
 from nonsmooth.scenes.places import ORIGIN
-from nonsmooth.scenes.robots.links import Coordinate, Link, add_links, hull_points
+from nonsmooth.scenes.robots.links import Coordinate, Link, add_links
 
 
 @pytest.mark.parametrize("flat", [1.0, 0.01])

@@ -13,11 +13,10 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
-from nonsmooth.scenes.convex_hull import MOST_CORNERS
+from nonsmooth.scenes.convex_hull import MOST_CORNERS, hull_points
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.parts import ALONG_X
 from nonsmooth.scenes.places import conjugate, place_of, times
-from nonsmooth.scenes.robots.links import hull_points
 from nonsmooth.scenes.robots.mujoco_model import Read, unit
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Polyhedron, Shape, Sphere

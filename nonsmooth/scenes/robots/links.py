@@ -201,36 +201,3 @@ def unused_joint(name: str, scene: Scene) -> str:
 def first_unused(name: str, taken: set[str]) -> str:
     """The name itself, or with a number."""
     return next(one for one in (name, *(f"{name} {k}" for k in range(2, len(taken) + 3))) if one not in taken)
-
-
-def hull_points(points: np.ndarray, most: int) -> tuple[np.ndarray, float]:
-    """Corners of the convex hull of points (k, 3), the widest ones where there are more than so many; how far the
-    others stand out of their hull [m].
-
-    Those that stand out farthest of each face are taken until there are so many, as quickhull does.
-    """
-    from scipy.spatial import ConvexHull
-
-    corners = points[ConvexHull(points).vertices]
-    if len(corners) <= most:
-        return corners, 0.0
-    taken = {int(k) for axis in range(3) for k in (corners[:, axis].argmin(), corners[:, axis].argmax())}
-    taken |= set(farthest_from(corners, taken))
-    while True:
-        hull = ConvexHull(corners[sorted(taken)])
-        height = corners @ hull.equations[:, :3].T + hull.equations[:, 3]
-        out = height.max(axis=1)
-        out[sorted(taken)] = 0.0
-        room = most - len(taken)
-        if room == 0 or not out.max() > 0.0:
-            return corners[sorted(taken)], float(max(0.0, out.max()))
-        best = {int(k) for k in height.argmax(axis=0) if out[k] > 0.0} - taken
-        taken |= set(sorted(best, key=lambda k: -out[k])[:room])
-
-
-def farthest_from(corners: np.ndarray, taken: set[int]) -> list[int]:
-    """Corners that make a hull of those taken have a volume: the farthest from their mean along each principal axis."""
-    middle = corners - corners.mean(axis=0)
-    axes = np.linalg.svd(middle, full_matrices=False)[2]
-    along = middle @ axes.T
-    return [int(k) for axis in range(3) for k in (along[:, axis].argmin(), along[:, axis].argmax())]

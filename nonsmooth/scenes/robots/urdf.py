@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, MissingExtra, nearest, said_by
-from nonsmooth.scenes.convex_hull import MOST_CORNERS
+from nonsmooth.scenes.convex_hull import MOST_CORNERS, hull_points
 from nonsmooth.scenes.mass_properties import Mass
 from nonsmooth.scenes.parts import ALONG_X
 from nonsmooth.scenes.places import conjugate, place_of, quaternion_of, times
-from nonsmooth.scenes.robots.links import WORLD, Coordinate, Link, add_links, hull_points
+from nonsmooth.scenes.robots.links import WORLD, Coordinate, Link, add_links
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import Box, Cylinder, Polyhedron, Shape, Sphere
 
