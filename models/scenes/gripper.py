@@ -4,7 +4,8 @@ Two fingers on rails press with F each. They hold the box as long as
 
     2 mu F >= m (g + a),    a the acceleration with which they lift it
 
-and else it slips with g + a - 2 mu F/m against them. Source: Newton's law of the box.
+and else it slips with g + a - 2 mu F/m against them. The scene stands on the hand, whose lift is a part of gravity.
+Source: Newton's law of the box.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ FINGER = (0.02, 0.08)  # chosen: width and height of a finger [m]
 
 @dataclass(frozen=True)
 class Gripper:
-    """Two fingers and a box: bodies "hand", "left", "right" and "box"; the hand is lifted evenly accelerated.
+    """Two fingers and a box: bodies "hand", "left", "right" and "box", seen from the hand, which is lifted.
 
     Parameters
     ----------
@@ -70,9 +71,9 @@ class Gripper:
 
     def scene(self) -> Scene:
         """The box between the fingers, at rest; each finger slides on a rail of the hand, and is pushed towards it."""
-        scene = Scene(gravity=(0.0, -self.g), material=Material(mu=self.mu))
+        scene = Scene(gravity=(0.0, -self.g - self.a), material=Material(mu=self.mu))
         width, height = FINGER
-        scene.kinematic(Box(self.size, width), motion=self.lifted, name="hand")
+        scene.fixed(Box(self.size, width), position=(0.0, self.size), name="hand")
         scene.body(Box(self.size, self.size), mass=self.m, position=(0.0, 0.0), name="box")
         for name, side in (("left", -1), ("right", 1)):
             place = side * 0.5 * (self.size + width), 0.0
@@ -81,10 +82,6 @@ class Gripper:
             scene.force(name, (-side * self.F, 0.0))
         scene.ignore("hand", "box")
         return scene
-
-    def lifted(self, t: float) -> tuple[float, float]:
-        """Where the hand is at a time [s]."""
-        return 0.0, self.size + 0.5 * self.a * t * t
 
     def least_force(self) -> float:
         """Of a finger, that holds the box [N]."""
