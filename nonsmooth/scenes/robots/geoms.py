@@ -1,6 +1,7 @@
 """Geoms of a model of MuJoCo: their shapes, their friction, and which of them touch.
 
-    friction    of two geoms the larger coefficient, or that of the higher priority; none where condim is 1
+    friction    of two geoms the larger coefficients, or those of the higher priority; none where condim is 1, against
+                spinning where it is 4 or more, against rolling where it is 6
     touching    contype and conaffinity, but for bodies that are welded, parent and child, or excluded
 
 Source: MuJoCo, *Computation*, sections on contact parameters and on the selection of pairs.
@@ -17,9 +18,11 @@ from nonsmooth.scenes.convex_hull import MOST_CORNERS, hull_points
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.parts import ALONG_X
 from nonsmooth.scenes.places import conjugate, place_of, times
-from nonsmooth.scenes.robots.mujoco_model import Read, unit
+from nonsmooth.scenes.robots.mujoco_model import Read, Surface, unit
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Polyhedron, Shape, Sphere
+
+SLIDING, SPINNING, ROLLING = 3, 4, 6  # defined: condim from which there is friction against each
 
 
 def shape_of_geom(read: Read, k: int) -> Shape | None:
@@ -68,12 +71,11 @@ def geom_place(read: Read, k: int, shape: Shape | None = None) -> np.ndarray:
     return place_of(read.data.geom_xpos[k], unit(turn))
 
 
-def surface_of(read: Read, k: int) -> tuple[float, int, int]:
-    """Coefficient of friction, condim and priority of a geom."""
+def surface_of(read: Read, k: int) -> Surface:
+    """What a geom is made of."""
     model = read.model
-    if model.geom_condim[k] > 3:
-        read.miss("friction against spinning and rolling", read.name("geom", k))
-    return float(model.geom_friction[k, 0]), int(model.geom_condim[k]), int(model.geom_priority[k])
+    mu, spinning, rolling = model.geom_friction[k].tolist()
+    return Surface(mu, spinning, rolling, int(model.geom_condim[k]), int(model.geom_priority[k]))
 
 
 def material_of(read: Read, geoms: list[int]) -> Material | None:
@@ -84,20 +86,33 @@ def material_of(read: Read, geoms: list[int]) -> Material | None:
     if len(surfaces) > 1:
         who = read.name("body", read.model.geom_bodyid[geoms[0]])
         read.miss("geoms of one body that have unlike friction, of which the roughest counts", who)
-    roughest = max(surfaces, key=lambda one: (one[2], one[1] > 1, one[0]))
-    mu, condim, priority = roughest
-    name = f"mu {mu:g}, condim {condim}" + (f", priority {priority}" if priority else "")
+    roughest = max(surfaces, key=lambda one: (one.priority, one.condim > 1, one.mu))
+    name = f"mu {roughest.mu:g}, condim {roughest.condim}"
+    name += f", lengths {roughest.spinning:g} {roughest.rolling:g} m" if roughest.condim > SLIDING else ""
+    name += f", priority {roughest.priority}" if roughest.priority else ""
     read.surfaces[name] = roughest
-    return Material(mu=mu if condim > 1 else 0.0, name=name)
+    mu, spinning, rolling = coefficients(roughest)
+    return Material(mu=mu, name=name, spinning=spinning, rolling=rolling)
+
+
+def coefficients(one: Surface) -> tuple[float, float, float]:
+    """mu, spinning and rolling of a contact; those that its condim leaves out are none."""
+    return (
+        one.mu if one.condim >= SLIDING else 0.0, one.spinning if one.condim >= SPINNING else 0.0,
+        one.rolling if one.condim >= ROLLING else 0.0,
+    )  # fmt: skip
 
 
 def give_pairs(scene: Scene, read: Read) -> None:
-    """The friction of pairs as MuJoCo has it: of the higher priority, else the larger one."""
+    """The friction of pairs as MuJoCo has it: of the higher priority, else the larger ones."""
     used = {body.material.name for body in scene.bodies}
     known = {name: surface for name, surface in read.surfaces.items() if name in used}
     for (first, a), (second, b) in combinations_with_replacement(known.items(), 2):
-        mu, condim, _ = a if a[2] > b[2] else b if b[2] > a[2] else np.maximum(a, b)
-        scene.pair(first, second, mu=float(mu) if condim > 1 else 0.0)
+        both = Surface(max(a.mu, b.mu), max(a.spinning, b.spinning), max(a.rolling, b.rolling),
+                       max(a.condim, b.condim), a.priority)  # fmt: skip
+        decides = a if a.priority > b.priority else b if b.priority > a.priority else both
+        mu, spinning, rolling = coefficients(decides)
+        scene.pair(first, second, mu=mu, spinning=spinning, rolling=rolling)
 
 
 class Touching:

@@ -7,7 +7,7 @@
     actuators without a state                 of a fixed gain and a bias that is affine in the joint: torque and spring
     geoms                                     primitives, meshes by their convex hulls, planes as half-spaces
     contype, conaffinity, exclude, parents    `Scene.ignored`
-    friction, condim, priority                `Scene.pair`: the larger coefficient of two, none where condim is 1
+    friction, condim, priority                `Scene.pair`: the larger coefficients of two, as condim says
     connect, weld                             `joint`, `fix`
 
 What MuJoCo has beyond that is listed by name, also what a later version of it may add: any number of a model that

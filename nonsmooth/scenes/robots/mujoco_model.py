@@ -10,6 +10,16 @@ import numpy as np
 from nonsmooth.errors import InvalidInput, MissingExtra
 
 
+class Surface(NamedTuple):
+    """Friction of a geom, its condim and its priority."""
+
+    mu: float
+    spinning: float  # [m]
+    rolling: float  # [m]
+    condim: int
+    priority: int
+
+
 class Read(NamedTuple):
     """A model as MuJoCo has it, at its start, and what of it is not understood."""
 
@@ -18,7 +28,7 @@ class Read(NamedTuple):
     data: Any
     ctrl: dict[str, float]
     missed: dict[str, list[str]]  # what is not understood: of whom
-    surfaces: dict[str, tuple[float, int, int]]  # friction, condim and priority of materials, by name
+    surfaces: dict[str, Surface]  # of materials, by name
 
     def miss(self, what: str, who: str) -> None:
         """Note what is not understood."""
