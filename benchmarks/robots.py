@@ -1,6 +1,6 @@
 """``python -m benchmarks robots [FOLDER ...]``: files of MuJoCo models and robots as scenes, and how they move.
 
-Each file is read; it moves for a tenth of a second without contacts and limits, beside MuJoCo; and it stands or falls
+Each file is read; it moves for a tenth of a second without contacts and limits, next to MuJoCo; and it stands or falls
 for two seconds on the ground. FOLDER holds .xml or .urdf files; left out: those of gymnasium and example-robot-data.
 """
 

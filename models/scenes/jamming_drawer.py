@@ -1,6 +1,6 @@
-"""A drawer that is pulled beside its middle, in guides with clearance: it slides, or jams.
+"""A drawer that is pulled off its middle, in guides with clearance: it slides, or jams.
 
-It turns until two opposite corners touch, l' apart along the guides and w' across them. Pulled by F at e' beside the
+It turns until two opposite corners touch, l' apart along the guides and w' across them. Pulled by F at e' from the
 middle, both bear N, and hold it by f_1 + f_2 = F at most 2 mu N; the moments are in balance with
 
     sliding, f_1 = f_2 = mu N:   N = F e'/l',   a = F (1 - 2 mu e'/l')/m     as long as mu < l'/(2 e')
@@ -59,7 +59,7 @@ class JammingDrawer:
     m: float = 2.0  # mass [kg]
     mu: float = 0.8  # friction [-]
     F: float = 20.0  # pull [N]
-    e: float = 0.2  # beside the middle [m]
+    e: float = 0.2  # of the pull from the middle [m]
 
     name = "jamming-drawer"
     source = "statics of a body on two points"

@@ -8,7 +8,7 @@ from nonsmooth.integrators.records import N_LEDGER
 from nonsmooth.integrators.springs.table import STAGES
 from nonsmooth.jit.blocks import Block, Floats
 
-# columns of the works beside those of the ledger: what springs hold, and what dampers took
+# columns of the works besides those of the ledger: what springs hold, and what dampers took
 ELASTIC_ENERGY, DAMPING_WORK = N_LEDGER, N_LEDGER + 1  # code: of a column
 N_COLUMNS = N_LEDGER + 2  # derived
 

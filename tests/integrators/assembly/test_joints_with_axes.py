@@ -114,20 +114,25 @@ def exact(kind, t_end):
     return solve_ivp(rates, (0, t_end), start, method="DOP853", rtol=1e-9, atol=1e-10).y[:, -1]
 
 
+def tumbling_on(kind, g=0.0):
+    """Two bodies of which one tumbles about the other."""
+    scene, v = ns.Scene(gravity=(0, 0, -g)), fitted(kind).reshape(2, 6)
+    for b in range(2):
+        scene.body(
+            ns.Sphere(0.3), mass=MASSES[b], inertia=MOMENTS[b], position=PLACES[b], velocity=v[b, :3], spin=v[b, 3:],
+            name=f"{b}",
+        )  # fmt: skip
+    with_joint(scene, kind, "0", "1")
+    return scene
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_two_tumbling_bodies_on_a_joint_follow_their_equations_to_second_order(kind):
-    t_end, v = 0.5, fitted(kind).reshape(2, 6)
+    t_end = 0.5
     end = exact(kind, t_end)
     errors = []
     for dt in DTS:
-        scene = ns.Scene(gravity=(0, 0, -G))
-        for b in range(2):
-            scene.body(
-                ns.Sphere(0.3), mass=MASSES[b], inertia=MOMENTS[b], position=PLACES[b], velocity=v[b, :3],
-                spin=v[b, 3:], name=f"{b}",
-            )  # fmt: skip
-        with_joint(scene, kind, "0", "1")
-        sol = run(scene, t_end, dt)
+        sol = run(tumbling_on(kind, G), t_end, dt)
         turns = [Rotation.from_quat(sol.turn[-1, b], scalar_first=True).as_matrix() for b in range(2)]
         found = np.concatenate((sol.position[-1].ravel(), np.ravel(turns)))
         speeds = np.concatenate((sol.velocity[-1], sol.spin[-1]), axis=1).ravel()
@@ -141,14 +146,7 @@ def test_two_tumbling_bodies_on_a_joint_follow_their_equations_to_second_order(k
 @pytest.mark.parametrize("kind", KINDS)
 def test_joined_bodies_keep_their_momentum_and_to_second_order_the_angular_one(kind):
     def turned(dt):
-        scene, v = ns.Scene(gravity=(0, 0, 0)), fitted(kind).reshape(2, 6)
-        for b in range(2):
-            scene.body(
-                ns.Sphere(0.3), mass=MASSES[b], inertia=MOMENTS[b], position=PLACES[b], velocity=v[b, :3],
-                spin=v[b, 3:], name=f"{b}",
-            )  # fmt: skip
-        with_joint(scene, kind, "0", "1")
-        sol = run(scene, 0.5, dt)
+        sol = run(tumbling_on(kind), 0.5, dt)
         momentum = np.einsum("b,tbk->tk", MASSES, sol.velocity)
         assert np.abs(momentum - momentum[0]).max() < 500 * 16 * EPS
         R = np.array([[Rotation.from_quat(q, scalar_first=True).as_matrix() for q in now] for now in sol.turn])
@@ -371,18 +369,6 @@ def test_four_bars_on_hinges_have_their_one_freedom():
 
 
 # --- places of joints over many steps
-
-
-def tumbling_on(kind):
-    """Two bodies of which one tumbles about the other."""
-    scene, v = ns.Scene(gravity=(0, 0, 0)), fitted(kind).reshape(2, 6)
-    for b in range(2):
-        scene.body(
-            ns.Sphere(0.3), mass=MASSES[b], inertia=MOMENTS[b], position=PLACES[b], velocity=v[b, :3],
-            spin=v[b, 3:], name=f"{b}",
-        )  # fmt: skip
-    with_joint(scene, kind, "0", "1")
-    return scene
 
 
 def holds_its_places(scene, steps, dt=1e-3):
