@@ -29,10 +29,11 @@ from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.scenes.elements import Body, Joint, Kind
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.materials import impact_of_pair
+from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resists
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, inverse, place_of, rotate
 from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functions_of_touches
-from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs, resists
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR, HalfPlane
 from nonsmooth.scenes.solids_as_system import (

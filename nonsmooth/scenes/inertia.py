@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
+from nonsmooth.checks.arrays import as_floats, as_positive, as_vector
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.elements import Body
 from nonsmooth.scenes.mass_properties import combined, mass_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, quaternion_of
 from nonsmooth.scenes.ranges import HEAVIEST, LARGEST_MOMENT, require_between
+from nonsmooth.scenes.shapes import PLANAR
 
 MOMENT_ROUNDINGS = 64  # chosen: of moments that are sums over parts: what differs by less is equal
 
@@ -60,3 +62,23 @@ def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     moments, axes = np.linalg.eigh(tensor)
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     return quaternion_of(axes), moments
+
+
+def as_inertia(name: str, value: Any, dim: int) -> Any:
+    """A moment of inertia, or a symmetric positive definite matrix of them; three numbers are its diagonal."""
+    if dim == PLANAR:
+        return as_positive(name, value, "kg m^2")
+    matrix = as_floats(name, value)
+    if matrix.ndim == 1:
+        matrix = np.diag(as_vector(name, value, 3))
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-12):
+        raise InvalidInput(f"{name} must be three moments or a symmetric (3, 3) matrix [kg m^2]; got {shown(value)}")
+    moments = np.linalg.eigvalsh(matrix)
+    if not moments[0] > 0:
+        raise InvalidInput(f"{name} must be positive definite; its smallest moment is {moments[0]:g} kg m^2")
+    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+        raise InvalidInput(
+            f"{name} is that of no body: the largest moment must not exceed the sum of the others; they are "
+            f"{np.array2string(moments, precision=4)} kg m^2"
+        )
+    return matrix

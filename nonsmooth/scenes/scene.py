@@ -24,7 +24,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import (
-    as_floats,
     as_fraction,
     as_instance,
     as_non_negative,
@@ -36,10 +35,11 @@ from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.elements import Body, Force, Joint, Kind, Spring
+from nonsmooth.scenes.inertia import as_inertia
 from nonsmooth.scenes.joining import Joining
-from nonsmooth.scenes.materials import Material, as_mu, lengths_of_pair, of_pair
+from nonsmooth.scenes.materials import Material, as_mu
 from nonsmooth.scenes.ranges import as_mass, require_within
-from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_turn
+from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_spin, as_turn
 from nonsmooth.views import view
 
 
@@ -583,71 +583,3 @@ class Scene(Joining):
                 f"a pair is one of materials with names, as ns.Material(mu=0.8, name='rubber'); got {shown(material)}"
             )
         return name
-
-
-def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float | FrictionLaw, float]:
-    """mu, or its law, and e of two materials: those that the pair was given, or by the rule of `Material`."""
-    mu, e = of_pair(a, b)
-    own_mu, own_e = scene.pairs.get(frozenset((a.name, b.name)), (None, None))
-    mu = mu if own_mu is None else own_mu
-    if mu is None:
-        raise InvalidInput(
-            f"{a} and {b} rub by unlike laws, which have no mean; give both a name, and scene.pair(one, other, mu=...)"
-        )
-    return mu, e if own_e is None else own_e
-
-
-def resistances_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:
-    """Lengths of rolling and spinning friction of two materials: those that the pair was given, or by the rule [m]."""
-    rule, own = lengths_of_pair(a, b), scene.resistances.get(frozenset((a.name, b.name)), (None, None))
-    rolling, spinning = (mean if given is None else given for mean, given in zip(rule, own, strict=True))
-    return rolling, spinning
-
-
-def resists(scene: Scene) -> bool:
-    """Whether a contact of a scene may have rolling or spinning friction."""
-    materials = {id(body.material): body.material for body in scene.bodies}.values()
-    return any(any(resistances_of(scene, a, b)) for a in materials for b in materials)
-
-
-def require_known_pairs(scene: Scene) -> None:
-    """Raise `InvalidInput` for coefficients of a pair of which no body is made, or two materials of a name."""
-    materials: dict[str, set[Material]] = {}
-    for body in scene.bodies:
-        materials.setdefault(body.material.name, set()).add(body.material)
-    for name in sorted(frozenset().union(*scene.pairs, *scene.resistances)):
-        if name not in materials:
-            raise InvalidInput(f"scene.pair names a material {name!r} that no body is made of")
-        if len(materials[name]) > 1:
-            first, second = sorted(map(repr, materials[name]))[:2]
-            raise InvalidInput(
-                f"scene.pair names a material {name!r}, and bodies are made of two, {first} and {second}; give one of "
-                "them another name"
-            )
-
-
-def as_spin(name: str, value: Any, dim: int) -> Any:
-    """An angular velocity of the plane or of space [rad/s]; None: none."""
-    if dim == PLANAR:
-        return 0.0 if value is None else require_within(name, as_number(name, value, "rad/s"), "rad/s")
-    return np.zeros(3) if value is None else require_within(name, as_vector(name, value, 3), "rad/s")
-
-
-def as_inertia(name: str, value: Any, dim: int) -> Any:
-    """A moment of inertia, or a symmetric positive definite matrix of them; three numbers are its diagonal."""
-    if dim == PLANAR:
-        return as_positive(name, value, "kg m^2")
-    matrix = as_floats(name, value)
-    if matrix.ndim == 1:
-        matrix = np.diag(as_vector(name, value, 3))
-    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-12):
-        raise InvalidInput(f"{name} must be three moments or a symmetric (3, 3) matrix [kg m^2]; got {shown(value)}")
-    moments = np.linalg.eigvalsh(matrix)
-    if not moments[0] > 0:
-        raise InvalidInput(f"{name} must be positive definite; its smallest moment is {moments[0]:g} kg m^2")
-    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
-        raise InvalidInput(
-            f"{name} is that of no body: the largest moment must not exceed the sum of the others; they are "
-            f"{np.array2string(moments, precision=4)} kg m^2"
-        )
-    return matrix

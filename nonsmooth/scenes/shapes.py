@@ -392,6 +392,13 @@ def as_turn(name: str, value: Any, dim: int) -> Any:
     return quaternion if is_unit(quaternion) else quaternion / length
 
 
+def as_spin(name: str, value: Any, dim: int) -> Any:
+    """An angular velocity of the plane or of space [rad/s]; None: none."""
+    if dim == PLANAR:
+        return 0.0 if value is None else require_within(name, as_number(name, value, "rad/s"), "rad/s")
+    return np.zeros(3) if value is None else require_within(name, as_vector(name, value, 3), "rad/s")
+
+
 def is_unit(vector: np.ndarray) -> bool:
     """Whether a vector has the length 1 but for roundings; it stays as it is then, to the last bit."""
     return abs(float(vector @ vector) - 1.0) <= OF_UNIT_LENGTH

@@ -15,10 +15,11 @@ import numpy as np
 
 from nonsmooth.scenes.elements import Body, Kind
 from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.pair_laws import coefficients_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, place_of, rotate
 from nonsmooth.scenes.rounded_points import Side, Touch
-from nonsmooth.scenes.scene import Scene, coefficients_of
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
 from nonsmooth.scenes.weights import functions_of_weights
 

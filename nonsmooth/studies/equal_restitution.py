@@ -22,7 +22,8 @@ from nonsmooth.integrators.penalty.restitution import damping_ratio_for, restitu
 from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.system import UNILATERAL
 from nonsmooth.scenes.elements import Kind
-from nonsmooth.scenes.scene import Scene, coefficients_of
+from nonsmooth.scenes.pair_laws import coefficients_of
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.studies.force_history import first_episode
 from nonsmooth.studies.reference import Problem, SceneProblem
 

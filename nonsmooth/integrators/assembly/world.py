@@ -35,10 +35,11 @@ from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.joint_kinds import Rows, blocks_of, coordinate_rows, rows_of
 from nonsmooth.scenes.materials import Material, impact_of_pair
+from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resistances_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
 from nonsmooth.scenes.ranges import require_within
-from nonsmooth.scenes.scene import Scene, coefficients_of, require_known_pairs, resistances_of
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shape_rows import shape_block
 from nonsmooth.scenes.shapes import PLANAR, as_turn
 
