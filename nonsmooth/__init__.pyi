@@ -38,6 +38,7 @@ from nonsmooth.errors import MissingExtra as MissingExtra
 from nonsmooth.errors import ModelNotFoundWarning as ModelNotFoundWarning
 from nonsmooth.errors import NonsmoothError as NonsmoothError
 from nonsmooth.errors import NonsmoothWarning as NonsmoothWarning
+from nonsmooth.errors import NotUnderstoodWarning as NotUnderstoodWarning
 from nonsmooth.errors import PenetrationWarning as PenetrationWarning
 from nonsmooth.errors import ResidualWarning as ResidualWarning
 from nonsmooth.errors import SimultaneousImpactWarning as SimultaneousImpactWarning

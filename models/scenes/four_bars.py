@@ -48,7 +48,7 @@ class FourBars:
     --------
     >>> from nonsmooth.catalogue import FourBars
     >>> round(FourBars(n=2).rate(1.5707963267948966), 6)  # where the bars lie flat
-    4.887739
+    4.88774
     """
 
     n: int = 2  # loops

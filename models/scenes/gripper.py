@@ -47,7 +47,7 @@ class Gripper:
     Examples
     --------
     >>> from nonsmooth.catalogue import Gripper
-    >>> Gripper(m=1.0, mu=0.5).least_force(), Gripper(m=1.0, mu=0.5, F=8.0).slip()
+    >>> Gripper(mu=0.5).least_force(), round(Gripper(mu=0.5, F=8.0).slip(), 9)
     (11.81, 3.81)
     """
 

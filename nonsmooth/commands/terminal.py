@@ -51,7 +51,8 @@ def show_warning(options: Mapping[str, str], message: Warning | str, category: t
 
 def as_typed(text: str, options: Mapping[str, str]) -> str:
     """A message of the library with its keywords as the options of the command: ``dt=`` is --dt, ``project=True`` is
-    --project, ``state=(q0, u0) or dict(th=0.8)`` is --state th=0.8; other keywords are left."""
+    --project, ``state=(q0, u0) or dict(th=0.8)`` is --state th=0.8, ``integrator=ns.MoreauJean(dt)`` --integrator
+    moreau-jean; other keywords are left."""
 
     def typed(found: re.Match) -> str:
         word, value = options.get(found["name"]), found["value"] or ""
@@ -61,12 +62,15 @@ def as_typed(text: str, options: Mapping[str, str]) -> str:
             value = found["by_name"].replace(",", "")
         elif found["by_key"]:
             value = found["by_key"].replace('"', "").replace(": ", "=")
+        elif found["made"]:
+            value = re.sub(r"(?<!^)(?=[A-Z])", "-", found["made"]).lower()
         elif value == "True":
             value = ""
         return f"{word} {value}".rstrip()
 
     start = r"(?:\(q0, u0\) or )?(?:dict\((?P<by_name>[^)]*)\)|\{(?P<by_key>[^}]*)\})"
-    return re.sub(rf"(?<![\w.])(?P<name>[a-z]\w*)=(?P<value>True\b|{start}|'[^']*'|[\d.eE+-]*\d)?", typed, text)
+    value = rf"True\b|{start}|ns\.(?P<made>\w+)\([^)]*\)|'[^']*'|[\d.eE+-]*\d"
+    return re.sub(rf"(?<![\w.])(?P<name>[a-z]\w*)=(?P<value>{value})?", typed, text)
 
 
 def complain(text: str) -> None:

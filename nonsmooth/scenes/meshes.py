@@ -52,6 +52,7 @@ def mesh(path: str | Path, *, scale: float = 1.0, cut: float | None = None) -> P
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> import nonsmooth as ns
     >>> tetrahedron = '''o t
     ... v 0 0 0
@@ -62,7 +63,7 @@ def mesh(path: str | Path, *, scale: float = 1.0, cut: float | None = None) -> P
     ... f 1 2 4
     ... f 2 3 4
     ... f 3 1 4'''
-    >>> _ = open("t.obj", "w").write(tetrahedron)
+    >>> _ = Path("t.obj").write_text(tetrahedron)
     >>> ns.mesh("t.obj", scale=0.1)
     Polyhedron(4 corners, 4 faces)
     """

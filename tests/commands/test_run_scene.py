@@ -37,7 +37,10 @@ def test_list_names_models_and_scenes(capsys):
 @pytest.mark.parametrize(
     "words, message",
     [
-        ("--integrator event-driven", "and a system in space is of spheres"),
+        (
+            "--integrator event-driven",
+            "no friction there; simulate(scene, ..., --integrator moreau-jean)",
+        ),
         ("--state x=1", "--state is no option for box-stack, a scene of bodies; leave it out"),
         ("--q0 1 --u0 1", "--q0 is no option for box-stack"),
         ("--selection lift-off", "--selection is no option for box-stack"),

@@ -176,6 +176,7 @@ def test_a_press_of_tab_in_a_shell_completes_the_word(shell, typed, until, tmp_p
 @pytest.mark.parametrize(("said", "typed"), [
     ("it penetrates. project=True moves it.", "it penetrates. --project moves it."),
     ("give duration= and dt=", "give --duration and --dt"),
+    ("integrator=ns.MoreauJean(dt) takes it", "--integrator moreau-jean takes it"),
     ("or settle_by=, until which", "or --settle-by, until which"),
     ("give state=dict(th=0.8, thdot=-1)", "give --state th=0.8 thdot=-1"),
     ("selection='lift-off' or dt=1e-3", "--selection 'lift-off' or --dt 1e-3"),
@@ -184,8 +185,8 @@ def test_a_press_of_tab_in_a_shell_completes_the_word(shell, typed, until, tmp_p
     ('give state=(q0, u0) or {"q[0]": ...}', "give --state q[0]=..."),
 ])  # fmt: skip
 def test_keywords_of_the_library_are_said_as_options(said, typed):
-    options = {word.strip("-").replace("-", "_"): word
-               for word in ("--project", "--duration", "--dt", "--settle-by", "--state", "--selection")}  # fmt: skip
+    words = ("--project", "--duration", "--dt", "--settle-by", "--state", "--selection", "--integrator")
+    options = {word.strip("-").replace("-", "_"): word for word in words}
     assert as_typed(said, options) == typed
 
 

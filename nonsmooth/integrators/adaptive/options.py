@@ -79,8 +79,9 @@ class Adaptive(Integrator):
     atol: float = 1e-10
 
     def __post_init__(self) -> None:
-        as_positive("atol", self.atol)
-        if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
+        object.__setattr__(self, "atol", as_positive("atol", self.atol))
+        object.__setattr__(self, "rtol", as_number("rtol", self.rtol))
+        if not SMALLEST_RTOL <= self.rtol < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
     pieces = STEP_PIECES

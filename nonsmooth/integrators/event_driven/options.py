@@ -66,8 +66,9 @@ class EventDriven(LocatesEvents):
     atol: float = 1e-10
 
     def __post_init__(self) -> None:
-        as_positive("atol", self.atol)
-        if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
+        object.__setattr__(self, "atol", as_positive("atol", self.atol))
+        object.__setattr__(self, "rtol", as_number("rtol", self.rtol))
+        if not SMALLEST_RTOL <= self.rtol < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
     callbacks = (rigid_rates, rigid_events, change_modes, accept_step, fill_header)
