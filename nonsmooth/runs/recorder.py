@@ -298,7 +298,9 @@ class SceneRecorder:
         self.window.put(run, t)
 
     def empty(self, run: SceneRun) -> None:
-        """Empty the window."""
+        """Empty the window, where there is something in it."""
+        if self.window.count == 0:
+            return
         counted = self.window.take()
         columns = counted.pop("records")
         n = len(columns["t"])

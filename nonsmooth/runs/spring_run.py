@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.progress import LOST
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
+from nonsmooth.numerics.rounding import EPS
 from nonsmooth.results.ledger import DAMPING, ELASTIC, OF_ALL
 from nonsmooth.results.recorded import PAIRS
 from nonsmooth.results.stats import SceneStats, SpringStats
@@ -16,7 +19,9 @@ from nonsmooth.runs.free_steps import FreeSteps
 from nonsmooth.runs.scene_run import SOFT
 
 SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
-GUIDE_MOMENT = 1e-3  # chosen: of the longest step, over which velocities of guided bodies are differences
+# chosen: of the longest step, over which velocities of guided bodies are differences; longer where the rounding of
+# their places would be more than atol of a velocity
+GUIDE_MOMENT = 1e-3
 
 
 class SpringRun(FreeSteps):
@@ -38,7 +43,10 @@ class SpringRun(FreeSteps):
 
     def _ask_at(self, t: float) -> None:
         """Ask functions where guided bodies are at a time t [s], and for the forces on the state at hand."""
-        self.world.place_guided(t, GUIDE_MOMENT * float(self.assembly.scales.longest))
+        if self.world.guided:
+            far = float(np.abs(self.world.bodies.motion.x[:, : self.scene.dim]).max())
+            moment = max(GUIDE_MOMENT * float(self.assembly.scales.longest), EPS * far / self.integrator.atol)
+            self.world.place_guided(t, moment)
         if self.forces is not None and self.forces.is_asked:
             self.forces.write(t)
 

@@ -113,6 +113,8 @@ class Stepper:
             recorded until then. A stepper that failed goes no further.
         """
         run, n = self._run, as_count("n", n)
+        if run.status != Status.RUNNING:
+            raise run.failure(self.solution())
         end, began = run.steps + n, running_time()
         while run.steps < end and run.status == Status.RUNNING:
             run.take_steps(end - run.steps)

@@ -74,7 +74,9 @@ def mesh(path: str | Path, *, scale: float = 1.0, cut: float | None = None) -> P
     loaded = read_mesh(path)
     if tolerance is None:
         return hull_of(path, loaded, scale)
-    return Compound(*((Polyhedron(scale * corners), (0.0, 0.0, 0.0)) for corners in convex_parts(loaded, tolerance)))
+    parts = convex_parts(loaded, tolerance)
+    tell_of_corners(path, parts, scale)
+    return Compound(*((Polyhedron(scale * corners), (0.0, 0.0, 0.0)) for corners, _ in parts))
 
 
 def read_mesh(path: Path) -> Any:
@@ -96,8 +98,6 @@ def read_mesh(path: Path) -> Any:
 def hull_of(path: Path, loaded: Any, scale: float) -> Polyhedron:
     """The convex hull of a mesh, and a warning of what it is not."""
     corners, out = hull_points(np.asarray(loaded.vertices, dtype=float), MOST_CORNERS)
-    hull = Polyhedron(scale * corners)
-    size = float(np.ptp(corners, axis=0).max())
     if not loaded.is_watertight:
         warn_caller(f"{path} is not closed, and has no volume of its own: its hull is taken", NotUnderstoodWarning)
     elif loaded.convex_hull.volume > (1.0 + HOLLOW) * abs(loaded.volume):
@@ -106,20 +106,26 @@ def hull_of(path: Path, loaded: Any, scale: float) -> Polyhedron:
             f"{path} is not convex, and its hull, of {times:.3g} times its volume, is taken; cut=0.05 cuts it into "
             "convex parts", NotUnderstoodWarning,
         )  # fmt: skip
+    tell_of_corners(path, [(corners, out)], scale)
+    return Polyhedron(scale * corners)
+
+
+def tell_of_corners(path: Path, hulls: list[tuple[np.ndarray, float]], scale: float) -> None:
+    """Warn where corners that were left out stand out of a hull."""
+    size, out = max(float(np.ptp(corners, axis=0).max()) for corners, _ in hulls), max(out for _, out in hulls)
     if out > STANDS_OUT * size:
         warn_caller(
-            f"the hull of {path} has more than {MOST_CORNERS} corners: those left out stand out by {scale * out:.2g} m",
+            f"a hull of {path} has more than {MOST_CORNERS} corners: those left out stand out by {scale * out:.2g} m",
             NotUnderstoodWarning,
         )
-    return hull
 
 
-def convex_parts(loaded: Any, tolerance: float) -> list[np.ndarray]:
-    """The corners (k, 3) of convex parts of a mesh."""
+def convex_parts(loaded: Any, tolerance: float) -> list[tuple[np.ndarray, float]]:
+    """The corners (k, 3) of convex parts of a mesh, and how far others stand out."""
     try:
         import coacd
     except ImportError:
         raise MissingExtra('to cut a mesh needs coacd; pip install "nonsmooth[mesh]" brings it') from None
     coacd.set_log_level("error")
     parts = coacd.run_coacd(coacd.Mesh(loaded.vertices, loaded.faces), threshold=tolerance)
-    return [hull_points(np.asarray(vertices, dtype=float), MOST_CORNERS)[0] for vertices, _ in parts]
+    return [hull_points(np.asarray(vertices, dtype=float), MOST_CORNERS) for vertices, _ in parts]

@@ -32,6 +32,7 @@ def test_steps_by_hand_have_the_bits_of_a_run():
     stepper = ns.Stepper(model, ns.MoreauJean(2e-3))
     for _ in range(10):
         bodies = stepper.step(5)
+    assert len(stepper.solution().t) == len(stepper.solution().t) == 11  # asked for twice
     sol = stepper.solution()
     for name in ("position", "turn", "velocity", "spin", "residual", "penetration"):
         assert getattr(sol, name).tobytes() == getattr(whole, name).tobytes(), name
@@ -77,8 +78,9 @@ def test_a_step_that_fails_keeps_what_was_recorded_and_the_stepper_goes_no_furth
     kept = caught.value.solution
     assert len(kept.t) == 3 and kept.t[-1] == pytest.approx(0.05, abs=0.011)
     assert kept["b"].position[-1, 0] == pytest.approx(kept.t[-1], abs=1e-12)
-    with pytest.raises(ns.StepFailure):
+    with pytest.raises(ns.StepFailure) as again:
         stepper.step()
+    assert len(again.value.solution.t) == 3  # no record is written twice
 
 
 @pytest.mark.parametrize("make, message", [

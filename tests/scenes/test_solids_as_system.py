@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import nonsmooth as ns
 from models import SpatialPainleveRod
 from nonsmooth.mechanics.system import GAP, KINEMATICS, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT
+from nonsmooth.scenes.inertia import inertia_of
 from tests.scenes.test_as_system import BY_DIFFERENCES, slope_of
 
 G = 9.81
@@ -105,6 +106,35 @@ def test_row_rates_are_those_of_the_rows_along_the_motion():
         slope = slope_of(lambda s, q=q, u=u: velocities(system, moved(system, q, u, s), u), 2.0**-11)
         rates = system.evaluate(ROW_RATES, 0.0, q, u)
         np.testing.assert_allclose(rates, slope, atol=BY_DIFFERENCES * np.abs(slope).max())
+
+
+def test_tangential_rows_are_the_velocity_of_the_points_that_touch():
+    """Of the ball on the dumbbell's two, by hand; and of a belt that a body which stands still feels."""
+    scene, system = various()
+    for q, u in states(system):
+        slip = velocities(system, q, u)[-2:, 1:]
+        (x_b, R_b, v_b, w_b), (x_d, R_d, v_d, w_d) = (
+            (q[7 * k : 7 * k + 3], Rotation.from_quat(q[7 * k + 3 : 7 * k + 7], scalar_first=True),
+             u[6 * k : 6 * k + 3], u[6 * k + 3 : 6 * k + 6]) for k in (4, 3)
+        )  # fmt: skip
+        body = scene["dumbbell"]
+        inertia = inertia_of(body, 3)
+        axes = Rotation.from_quat(inertia.axes, scalar_first=True)
+        for row, (centre, r) in zip(slip, (((0.6, 0.1, 0.0), 0.2), ((-0.5, 0.0, 0.2), 0.3)), strict=True):
+            arm = R_d.apply(axes.inv().apply(np.array(centre) - inertia.centre))
+            n = x_b - x_d - arm
+            n /= np.linalg.norm(n)
+            of_ball = v_b + np.cross(R_b.apply(w_b), -0.25 * n)
+            apart = of_ball - v_d - np.cross(R_d.apply(w_d), arm + r * n)
+            across = apart - (apart @ n) * n
+            assert np.linalg.norm(row) == pytest.approx(np.linalg.norm(across), rel=1e-10)
+    still = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.4))
+    still.fixed(ns.HalfSpace((0, 0, 1)), surface_velocity=(0.7, 0.1, 0), name="belt")
+    still.body(ns.Box(1, 1, 1), mass=1.0, position=(0, 0, 0.5), name="box")
+    du = ns.classify(still.system([("belt", "box")]), 0.0, *still.state()).gamma_F
+    np.testing.assert_allclose(np.linalg.norm(du, axis=1), math.hypot(0.7, 0.1), rtol=1e-12)
+    sol = ns.simulate(still.system(), (0, 0.05), *still.state(), integrator=ns.MoreauJean(1e-3))
+    np.testing.assert_allclose(sol.u[-1, :2], 0.05 * 0.4 * G * np.array([0.7, 0.1]) / math.hypot(0.7, 0.1), rtol=1e-6)
 
 
 def test_gaps_are_those_that_the_scene_finds():
