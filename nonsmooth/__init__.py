@@ -34,6 +34,7 @@ _HOME = {
     "HalfSpace": "scenes.shapes",
     "Compound": "scenes.shapes",
     "PinFriction": "scenes.joint_friction",
+    "GuideFriction": "scenes.joint_friction",
     "SceneSolution": "results.scene_solution",
     "SceneStats": "results.stats",
     "SceneContacts": "results.scene_contacts",

@@ -14,7 +14,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.scenes.joint_friction import PinFriction
+from nonsmooth.scenes.joint_friction import JointFriction
 from nonsmooth.scenes.joint_kinds import coordinate_rows
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.shapes import Shape
@@ -101,8 +101,8 @@ class Joint:
     limits : dict of str to (float, float)
         Of the "angle" [rad] and the "travel" [m] from the start, where there are some; of a rope of its "distance".
     motors : list of Motor
-    friction : PinFriction or None
-        Of a hinge.
+    friction : PinFriction or GuideFriction, or None
+        Of a hinge, of a ball joint in space; of a slider.
     springs : list of JointSpring
     e : float
         Coefficient of restitution of the limits [-].
@@ -122,7 +122,7 @@ class Joint:
     axes_b: np.ndarray
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
     motors: list[Motor] = field(default_factory=list)
-    friction: PinFriction | None = None
+    friction: JointFriction | None = None
     springs: list[JointSpring] = field(default_factory=list)
     e: float = 0.0
     at_b: np.ndarray | None = None

@@ -11,13 +11,17 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_floats, as_fraction, as_instance, as_positive, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.elements import Body, Joint, Kind
-from nonsmooth.scenes.joint_friction import PinFriction
+from nonsmooth.scenes.joint_friction import GuideFriction, PinFriction
 from nonsmooth.scenes.joint_kinds import is_known
 from nonsmooth.scenes.ranges import require_within
 from nonsmooth.scenes.shapes import PLANAR, is_unit
 
 SLACK = 1e-12  # chosen: of the length of a rope, that its ends may be farther apart: a rounding
 SKEW = 1e-9  # chosen: cosine of two axes that are at right angles
+FRICTIONS: dict[str, tuple[type, str]] = {  # of a hinge or a ball, and of a slider: what it must be
+    "hinge": (PinFriction, "ns.PinFriction(mu=0.2, radius=0.01)"),
+    "slider": (GuideFriction, "ns.GuideFriction(mu=0.2, length=0.1)"),
+}
 
 
 class Joining:
@@ -26,7 +30,10 @@ class Joining:
     dim: int
     joints: list[Joint]
 
-    def joint(self, a: Body | str, b: Body | str, *, at: ArrayLike, name: str | None = None) -> Joint:
+    def joint(
+        self, a: Body | str, b: Body | str, *, at: ArrayLike, friction: PinFriction | None = None,
+        name: str | None = None,
+    ) -> Joint:  # fmt: skip
         """Let two bodies share a point: in the plane a pin about which they turn, in space a ball joint.
 
         The impulse that holds them together has any direction and does no work. Contacts between the two bodies are
@@ -38,6 +45,8 @@ class Joining:
             Bodies of this scene, or their names; one of them may be fixed or kinematic.
         at : (2,) or (3,)
             The point at the start, in the axes of the world [m]; it may lie outside of both shapes.
+        friction : PinFriction, optional
+            Of a ball joint, in space: against turns across what it bears. In the plane it is one of a `hinge`.
         name : str, optional
             "joint 2" for the third if left out.
 
@@ -60,7 +69,9 @@ class Joining:
         >>> scene.joint("hook", "rod", at=(0, 0), name="pin")
         Joint('pin', 'hook', 'rod')
         """
-        return self._join("joint", a, b, at, name)
+        if friction is not None and self.dim == PLANAR:
+            raise InvalidInput("friction of a joint in the plane is that of a pin; take scene.hinge(..., friction=...)")
+        return self._join("joint", a, b, at, name, friction=friction)
 
     def hinge(
         self, a: Body | str, b: Body | str, *, at: ArrayLike, axis: ArrayLike | None = None,
@@ -109,7 +120,7 @@ class Joining:
 
     def slider(
         self, a: Body | str, b: Body | str, *, axis: ArrayLike, at: ArrayLike | None = None,
-        limits: ArrayLike | None = None, e: float = 0.0, name: str | None = None,
+        limits: ArrayLike | None = None, e: float = 0.0, friction: GuideFriction | None = None, name: str | None = None,
     ) -> Joint:  # fmt: skip
         """Let two bodies slide against one another along an axis, without a turn.
 
@@ -125,6 +136,8 @@ class Joining:
             The least and the largest travel of b along the axis from the start [m]; one of them may be infinite.
         e : float
             Newton's coefficient of restitution of the limits, 0 to 1 [-].
+        friction : GuideFriction, optional
+            In proportion to what the guide bears.
 
         Returns
         -------
@@ -135,7 +148,7 @@ class Joining:
         InvalidInput
             As of `hinge`.
         """
-        return self._join("slider", a, b, at, name, axis, limits={"travel": limits}, e=e)
+        return self._join("slider", a, b, at, name, axis, limits={"travel": limits}, friction=friction, e=e)
 
     def fix(self, a: Body | str, b: Body | str, *, at: ArrayLike | None = None, name: str | None = None) -> Joint:
         """Hold two bodies together as one; ``sol.joint(name)`` has the force and the torque that it takes.
@@ -330,7 +343,7 @@ class Joining:
             axes, axes_b = crossed_frames(name, axes[0], as_direction(f"axis_b of {name}", axis_b, self.dim))
         place = require_within(f"at of {name}", place, "m")
         if friction is not None:
-            as_instance(f"friction of {name}", friction, PinFriction, "ns.PinFriction(mu=0.2, radius=0.01)")
+            as_instance(f"friction of {name}", friction, *FRICTIONS.get(kind, FRICTIONS["hinge"]))
         asked = {along: pair for along, pair in (limits or {}).items() if pair is not None}
         given = {along: as_limits(f"limits of {name}", pair) for along, pair in asked.items()}
         if as_fraction(f"e of {name}", e) > 0.0 and not given:

@@ -31,6 +31,7 @@ SAME_AXIS: Rows = ((F_AXIS, E_AXIS), (G_AXIS, E_AXIS))  # defined: e_j along e_i
 SAME_TURN: Rows = (*SAME_AXIS, (G_AXIS, F_AXIS))  # defined
 CROSSED: Rows = ((E_AXIS, E_AXIS),)  # defined: two axes at right angles
 AT_DISTANCE: Rows = ((E_AXIS, DISTANCE),)  # defined: two points at a distance
+BALL_TURNS: Row = (E_AXIS, UNUSED)  # code: of friction in a ball, whose rows are turns across what it bears
 
 
 class Kind(NamedTuple):

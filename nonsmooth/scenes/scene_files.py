@@ -37,7 +37,7 @@ from nonsmooth.errors import InvalidInput, NotUnderstoodWarning, nearest, shown,
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.scenes.elements import Joint, Kind, Motor
 from nonsmooth.scenes.formulas import value_of
-from nonsmooth.scenes.joint_friction import PinFriction
+from nonsmooth.scenes.joint_friction import GuideFriction, PinFriction
 from nonsmooth.scenes.joint_kinds import JOINT_KINDS
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
@@ -56,7 +56,7 @@ OF_SCENE = ("name", "gravity", "material", "t_end", "dt")
 TEXTS = ("name", "kind", "material", "a", "b", "body", "bodies", "impact", "along")  # keys whose texts are names
 SHAPES = {cls.__name__: cls for cls in vars(shapes).values() if isinstance(cls, type) and issubclass(cls, Shape)}
 LAWS = {cls.__name__: cls for cls in vars(laws).values() if isinstance(cls, type) and issubclass(cls, FrictionLaw)}
-PINS: dict[str, type] = {PinFriction.__name__: PinFriction}
+PINS: dict[str, type] = {cls.__name__: cls for cls in (PinFriction, GuideFriction)}
 BUILT = SHAPES | LAWS | PINS  # what {Name = arguments} makes
 
 
@@ -269,7 +269,7 @@ def _named(text: str, numbers: Mapping[str, float]) -> str:
 
 
 def _built(key: str, value: dict[str, Any], numbers: Mapping[str, float]) -> Any:
-    """A shape, a law of friction, or that of a pin, as {Name = arguments}: one, a list of them, or by name."""
+    """A shape, a law of friction, or that of a joint, as {Name = arguments}: one, a list of them, or by name."""
     if len(value) != 1:
         raise InvalidInput(f"{key} must be one {{Name = arguments}}; got {shown(value)}")
     ((name, arguments),) = value.items()
@@ -320,7 +320,7 @@ def _text(value: Any) -> str:
     match value:
         case Shape():
             return _text({type(value).__name__: _arguments(value)})
-        case FrictionLaw() | PinFriction():
+        case FrictionLaw() | PinFriction() | GuideFriction():
             return _text({type(value).__name__: {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}})
         case dict():
             inner = ", ".join(f"{key} = {_text(one)}" for key, one in value.items() if one is not None)

@@ -21,8 +21,11 @@ with B = theta k dt + c: it is implicit as springs between points are (spring_ro
 motor on the same joint: most of it may go to the rotor, and bodies feel what is left. gamma_0 of the rotor is gamma_1
 of the step before, whose row was another one: so no momentum of it is lost from step to step, which would be dt^2.
 
-The friction of a pin is a brake whose M is r sin(atan mu) |R|, R what the pin bears across its axis: the problem is
-solved again until that is the one which it leads to, as friction laws are (stages.py).
+The friction of a joint is a brake whose M is what the joint bears asks for (joint_friction.py): the problem is solved
+again until that is the one which it leads to, as friction laws are (stages.py). That of a ball has two tangents, the
+turns across what it bears. What a guide bears depends on its friction, where its body has its centre of mass aside: the
+limit goes to where the secant through the last two solutions says. Of a centre farther than h/(2 mu) aside friction
+makes more load than it needs, and a guide that moves may slide or jam: it does what its load of before leads to.
 
 Angles count as ways at the lever of the joint (joint_rows.py). In space an angle is known but for full turns, which are
 counted from step to step. Rows of drives stand between contacts and springs. In an impact motors and springs give no
@@ -39,7 +42,15 @@ from nonsmooth.contact.network.joint import JOINED, JOINT_LIMIT, MOTOR, PIN, SPR
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.joint_rows import axis_at, offset_of, row_at, turn_of_side, write_side
+from nonsmooth.integrators.assembly.joint_rows import (
+    axis_at,
+    offset_of,
+    row_at,
+    turn_of_side,
+    write_side,
+    write_turns_across,
+)
+from nonsmooth.integrators.assembly.spatial import cross
 from nonsmooth.integrators.assembly.wandering import row_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new, view
@@ -52,13 +63,14 @@ from nonsmooth.scenes.detection import (
     NO_SHAPE,
     Found,
 )
-from nonsmooth.scenes.joint_kinds import DISTANCE, E_AXIS, TURN
+from nonsmooth.scenes.joint_kinds import DISTANCE, E_AXIS, OFFSET, TURN, UNUSED
 
 STOPS, SPEED, RUBS, SPRINGS = range(4)  # code: laws of a drive
 LOWER, UPPER = range(2)  # code: which limit is nearer
 ENDS_OF_STOPS = 2  # defined: of a coordinate
 NO_GAP = 1e30  # code: the gap of the row of a motor [m], which no contact has
 AT_LIMIT = 1e-12  # chosen: of the lever: a limit that is nearer is reached
+STEEPEST_LOAD = 0.9  # chosen: slope of load by limit up to which the secant is trusted
 
 
 class Drives(Block):
@@ -73,7 +85,11 @@ class Drives(Block):
     low: Array[Floats, "n_k"]  # s_lo, or s_r of a spring [m]
     high: Array[Floats, "n_k"]  # s_hi [m], or M over the lever [N]
     e: Array[Floats, "n_k"]  # restitution of a limit
-    arm: Array[Floats, "n_k"]  # of the circle of friction of a pin, over the lever
+    arm: Array[Floats, "n_k"]  # of the circle of friction of a pin, over the lever; mu of a guide
+    guide: Array[Floats, "n_k"]  # length of a guide [m]
+    across: Array[Floats, "n_k", "3"]  # direction of what a ball bears
+    tried: Array[Floats, "n_k"]  # the limit of the solution before, of a guide [N]
+    led_to: Array[Floats, "n_k"]  # and what that led to [N]
     spring: Array[Floats, "n_k", "3"]  # k, c and a over the square of the lever [N/m], [N s/m], [kg]
     load: Array[Floats, "n_k"]  # f of a motor behind a spring, over the lever [N]
     rate: Array[Floats, "n_k"]  # gamma_1 of the step before, NaN where there is none [m/s]
@@ -173,6 +189,9 @@ def write_coordinate(drives, x, k, c, network, sign):
         network.b[c, row] = network.turn[c, row] = 0.0
         for y in range(n):
             network.J_i[c, row, y] = network.J_j[c, row, y] = 0.0
+    if is_ball_drive(drives, k):
+        write_turns_across(network, c, drives.across[k], drives.lever[k])
+        return
     for b in (drives.i[k], drives.j[k]):
         J = network.J_i if b == drives.i[k] else network.J_j
         write_side(drives, x, k, 0, b, J, c, to)
@@ -217,8 +236,9 @@ def write_motor(drives, bodies, k, c, network, dt):
     network.mu[c], network.soft[c], network.sprung[c] = 1.0, R, PIN if drives.law[k] == RUBS else MOTOR
     if dt == 0.0:
         network.b[c, 0] = NO_GAP
-    else:
-        network.b[c, 0] = -R * drives.high[k] * dt
+        return
+    network.b[c, 0] = -R * drives.high[k] * dt
+    if not is_ball_drive(drives, k):
         network.turn[c, 1] = turn_of_drive(drives, bodies, k)
         network.b[c, 1] = network.turn[c, 1] - drives.speed[k]
 
@@ -252,9 +272,15 @@ def keep_rate(drives, k, c, network):
         drives.rate[k] = -network.soft[c] * (network.P[c, 0] + drives.pull[k])
 
 
-@kernel("int64(int64, int64, int64, int64, float64, float64)")
-def rub_pins(drives_at, bodies_at, found_at, network_at, dt, tol):
-    """Take the friction of pins at what they bear in a solution; whether that of one changed by more than a part."""
+@kernel
+def is_ball_drive(drives, k):
+    """Whether drive k is the friction of a ball."""
+    return drives.w[k, 0] == UNUSED
+
+
+@kernel("int64(int64, int64, int64, int64, float64, float64, int64)")
+def rub_joints(drives_at, bodies_at, found_at, network_at, dt, tol, sweeps):
+    """Take the friction of joints at what they bear in a solution; whether that of one changed by more than a part."""
     drives, bodies = view(drives_at, Drives), view(bodies_at, Bodies)
     found, network = view(found_at, Found), view(network_at, Network)
     has_changed = 0
@@ -264,8 +290,15 @@ def rub_pins(drives_at, bodies_at, found_at, network_at, dt, tol):
             drives.pin[(key >> FEATURE_BITS) & NO_SHAPE] = c
         elif FIRST_DRIVE <= key < FIRST_SPRING and network.sprung[c] == PIN:
             k = drive_of(drives, key)
-            force = drives.arm[k] * borne_by_pin(drives, bodies.motion.x, k, network) / dt
-            if abs(force - drives.high[k]) > tol * max(force, drives.high[k]):
+            if drives.w[k, 0] == OFFSET:
+                load = drives.arm[k] * borne_by_guide(drives, bodies.motion.x, k, network) / dt
+                force = limit_to_try(drives, k, load, sweeps)
+            elif is_ball_drive(drives, k):
+                has_changed |= turn_ball(drives, k, c, network, tol)
+                load = force = drives.arm[k] * size_of(network.P[drives.pin[drives.of[k]]]) / dt
+            else:
+                load = force = drives.arm[k] * borne_by_pin(drives, bodies.motion.x, k, network) / dt
+            if abs(load - drives.high[k]) > tol * max(load, drives.high[k]):
                 has_changed = 1
             drives.high[k] = force
             network.b[c, 0] = -network.soft[c] * force * dt
@@ -273,11 +306,20 @@ def rub_pins(drives_at, bodies_at, found_at, network_at, dt, tol):
 
 
 @kernel
+def size_of(P):
+    """|P|."""
+    square = 0.0
+    for a in range(P.shape[0]):
+        square += P[a] * P[a]
+    return sqrt(square)
+
+
+@kernel
 def borne_by_pin(drives, x, k, network):
     """The size of the impulse of the joint of drive k across its axis; the rows of its point are those of the world."""
     c, d = drives.pin[drives.of[k]], network.b.shape[1]
     if d == 2:
-        return sqrt(network.P[c, 0] * network.P[c, 0] + network.P[c, 1] * network.P[c, 1])
+        return size_of(network.P[c])
     e = axis_at(x, drives.i[k], drives.axes_i, k, E_AXIS)
     along = e[0] * network.P[c, 0] + e[1] * network.P[c, 1] + e[2] * network.P[c, 2]
     square = 0.0
@@ -285,3 +327,68 @@ def borne_by_pin(drives, x, k, network):
         across = network.P[c, a] - along * e[a]
         square += across * across
     return sqrt(square)
+
+
+@kernel
+def turn_ball(drives, k, c, network, tol):
+    """Let the rows of the ball of drive k be across what it bears; whether they turned by more than a part."""
+    P = network.P[drives.pin[drives.of[k]]]
+    size, way = size_of(P), 0.0
+    if size == 0.0:
+        return 0
+    for a in range(3):
+        way += abs(P[a] / size - drives.across[k, a])
+        drives.across[k, a] = P[a] / size
+    write_turns_across(network, c, drives.across[k], drives.lever[k])
+    return 1 if way > tol else 0
+
+
+@kernel
+def borne_by_guide(drives, x, k, network):
+    """The sum of the sizes of the impulses in the ends of the guide of drive k, |R/2 + M x e/h| + |R/2 - M x e/h|."""
+    R, M = wrench_borne(network, drives.pin[drives.of[k]], network.b.shape[1])
+    size, h = sqrt(R[0] * R[0] + R[1] * R[1] + R[2] * R[2]), drives.guide[k]
+    if h == 0.0:
+        return size
+    e = axis_at(x, drives.i[k], drives.axes_i, k, E_AXIS)
+    m = cross(M[0], M[1], M[2], e[0], e[1], e[2])
+    total = 0.0
+    for sign in (-1.0, 1.0):
+        square = 0.0
+        for a in range(3):
+            N = 0.5 * R[a] + sign * m[a] / h
+            square += N * N
+        total += sqrt(square)
+    return total
+
+
+@kernel
+def wrench_borne(network, begin, d):
+    """Force and torque impulses of a slider on its second body, from block ``begin`` on; turns have no force."""
+    J, P = network.J_j, network.P
+    R_0, R_1, R_2, M_0, M_1, M_2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for c in range(begin, begin + d - 1):
+        for row in range(d):
+            n_2 = J[c, row, 2] if d == 3 else 0.0
+            if J[c, row, 0] == 0.0 and J[c, row, 1] == 0.0 and n_2 == 0.0:
+                if d == 2:
+                    M_2 += J[c, row, 2] * P[c, row]
+                else:
+                    M_0 += J[c, row, 3] * P[c, row]
+                    M_1 += J[c, row, 4] * P[c, row]
+                    M_2 += J[c, row, 5] * P[c, row]
+            else:
+                R_0 += J[c, row, 0] * P[c, row]
+                R_1 += J[c, row, 1] * P[c, row]
+                R_2 += n_2 * P[c, row]
+    return (R_0, R_1, R_2), (M_0, M_1, M_2)
+
+
+@kernel
+def limit_to_try(drives, k, load, sweeps):
+    """The limit of a guide in the next solution, by the load of this one: where the secant through both meets it."""
+    limit, slope = drives.high[k], 0.0
+    if sweeps > 0 and limit != drives.tried[k]:
+        slope = (load - drives.led_to[k]) / (limit - drives.tried[k])
+    drives.tried[k], drives.led_to[k] = limit, load
+    return max(limit + (load - limit) / (1.0 - min(slope, STEEPEST_LOAD)), 0.0) if slope != 0.0 else load

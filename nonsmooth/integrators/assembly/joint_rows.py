@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from math import atan2, cos, sin, sqrt
 
-from nonsmooth.integrators.assembly.spatial import cross, turn_by
+from nonsmooth.integrators.assembly.spatial import cross, tangent, turn_by
 from nonsmooth.jit import kernel
 from nonsmooth.scenes.joint_kinds import DISTANCE, F_AXIS, G_AXIS, OFFSET, PLANE_ANGLE, POINT, TURN, UNUSED
 
@@ -123,6 +123,28 @@ def write_side(joints, x, k, row, b, J, c, to):
         J[c, to, 2] = m[2]
     else:
         J[c, to, 2], J[c, to, 3], J[c, to, 4], J[c, to, 5] = n[2], m[0], m[1], m[2]
+
+
+@kernel
+def write_axis(network, c, row, at, rate):
+    """A row of the angular velocity ``at`` of both bodies."""
+    network.J_i[c, row, at], network.J_j[c, row, at] = -rate, rate
+
+
+@kernel
+def write_axis_in_space(network, c, row, e, lever):
+    """A row of the angular velocities along a direction."""
+    write_axis(network, c, row, 3, lever * e[0])
+    write_axis(network, c, row, 4, lever * e[1])
+    write_axis(network, c, row, 5, lever * e[2])
+
+
+@kernel
+def write_turns_across(network, c, e, lever):
+    """The tangential rows of block c: what its bodies turn by against one another across e."""
+    t = tangent(e[0], e[1], e[2])
+    write_axis_in_space(network, c, 1, t, lever)
+    write_axis_in_space(network, c, 2, cross(e[0], e[1], e[2], t[0], t[1], t[2]), lever)
 
 
 @kernel

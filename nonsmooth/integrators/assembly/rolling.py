@@ -20,8 +20,8 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces
 from nonsmooth.integrators.assembly.drive_rows import NO_GAP
+from nonsmooth.integrators.assembly.joint_rows import write_axis, write_axis_in_space, write_turns_across
 from nonsmooth.integrators.assembly.project import island_of
-from nonsmooth.integrators.assembly.spatial import cross, tangent
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_ROLLING, LAST_FEATURE, Found, contact_of, is_rolling
@@ -110,23 +110,7 @@ def write_turn(found, network, c, lever):
     if found.key[c] & LAST_FEATURE == SPINS:
         write_axis_in_space(network, c, 1, e, lever)
         return
-    t = tangent(e[0], e[1], e[2])
-    write_axis_in_space(network, c, 1, t, lever)
-    write_axis_in_space(network, c, 2, cross(e[0], e[1], e[2], t[0], t[1], t[2]), lever)
-
-
-@kernel
-def write_axis(network, c, row, at, rate):
-    """A row of the angular velocity ``at`` of both bodies."""
-    network.J_i[c, row, at], network.J_j[c, row, at] = -rate, rate
-
-
-@kernel
-def write_axis_in_space(network, c, row, e, lever):
-    """A row of the angular velocities along a direction."""
-    write_axis(network, c, row, 3, lever * e[0])
-    write_axis(network, c, row, 4, lever * e[1])
-    write_axis(network, c, row, 5, lever * e[2])
+    write_turns_across(network, c, e, lever)
 
 
 @kernel

@@ -25,7 +25,7 @@ from nonsmooth.integrators.assembly.divided import (
 )
 from nonsmooth.integrators.assembly.doubtful import find_doubtful
 from nonsmooth.integrators.assembly.draw_together import draw_together
-from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, rub_pins, write_drives
+from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, rub_joints, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -348,7 +348,9 @@ def find_speeds(progress, places, network, d):
                 places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, tol
             )
         if change >= 0 and progress.has_pins == 1:
-            change |= rub_pins(places.drives, places.bodies, places.found, places.network, progress.dt, tol)
+            change |= rub_joints(
+                places.drives, places.bodies, places.found, places.network, progress.dt, tol, progress.speeds
+            )
         if change >= 0 and progress.has_rolling == 1:
             change |= limit_rolling(
                 places.bodies, places.shapes, places.surfaces, places.found, places.network, tol, progress.speeds

@@ -20,7 +20,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_co
 from nonsmooth.integrators.assembly.divided import OF_PARTS, ROOM_OF_PARTS, Parts, with_parts
 from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
-from nonsmooth.integrators.assembly.drive_rows import RUBS, Drives, rub_pins, write_drives
+from nonsmooth.integrators.assembly.drive_rows import RUBS, Drives, rub_joints, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import take_friction, update_friction
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -183,7 +183,7 @@ class Assembly(InMotion):
         rare += (book_reactions,) if drives.count or joints.count else ()
         has_rolling = bool((surfaces.rolling > 0.0).any() or (surfaces.spinning > 0.0).any())
         rare += (write_rolling, limit_rolling) if has_rolling else ()
-        rare += (rub_pins,) if (drives.law == RUBS).any() else ()
+        rare += (rub_joints,) if (drives.law == RUBS).any() else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)

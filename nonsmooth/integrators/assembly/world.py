@@ -32,8 +32,8 @@ from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.elements import Body, Joint, JointSpring, Kind, Motor, Spring
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.joint_friction import PinFriction
-from nonsmooth.scenes.joint_kinds import Rows, blocks_of, coordinate_rows, rows_of
+from nonsmooth.scenes.joint_friction import GuideFriction, JointFriction, PinFriction
+from nonsmooth.scenes.joint_kinds import BALL_TURNS, Rows, blocks_of, coordinate_rows, rows_of
 from nonsmooth.scenes.materials import Material, impact_of_pair
 from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resistances_of
 from nonsmooth.scenes.parts import parts_of
@@ -49,6 +49,8 @@ OVERLAP = 1e-3
 # jump. Without the second part a pallet slips by a dt^2/2 where its platform begins to accelerate
 GAIN_GROWTH = 2.0
 NO_BODY = -1  # code: what no impulse moves, in the place of a body
+RUBBED = {"hinge": "angle", "joint": "turns", "slider": "travel"}  # defined: what friction in a joint is against
+ANY_DIRECTION = (0.0, 0.0, 1.0)  # code: of what a ball bears, before it has borne something
 
 
 class World:
@@ -178,11 +180,13 @@ class World:
         self.speeds: list[tuple[int, float, Joint, Motor]] = []
         self.sprung: dict[tuple[int, str], tuple[int, float]] = {}  # coordinates with a spring: its drive and its lever
         for k, (joint, along, (low, high), what) in enumerate(listed):
-            row = coordinate_rows(joint.kind, d)[along]
+            row = BALL_TURNS if along == "turns" else coordinate_rows(joint.kind, d)[along]
             self._frame(drives, k, joint, (row,))
-            scale = drives.lever[k] if along == "angle" else 1.0
+            scale = drives.lever[k] if along in ("angle", "turns") else 1.0
             if isinstance(what, PinFriction):
-                drives.law[k], drives.arm[k] = RUBS, what.arm / scale
+                drives.law[k], drives.arm[k], drives.across[k] = RUBS, what.arm / scale, ANY_DIRECTION
+            elif isinstance(what, GuideFriction):
+                drives.law[k], drives.arm[k], drives.guide[k] = RUBS, what.mu, what.length
             elif isinstance(what, JointSpring):
                 drives.law[k], drives.low[k], drives.rate[k] = SPRINGS, low * scale, np.nan
                 drives.spring[k] = np.array((what.stiffness, what.damping, what.inertia)) / scale**2
@@ -362,14 +366,14 @@ def law_of_impacts(pairs: list[tuple[Material, Material, float]]) -> ImpactLaw:
     return IMPACT_LAWS[law]
 
 
-Drive = Motor | PinFriction | JointSpring | None  # None: a limit
+Drive = Motor | JointFriction | JointSpring | None  # None: a limit
 
 
 def drives_of_joint(joint: Joint) -> list[tuple[str, tuple[float, float], Drive]]:
     """The coordinates of the limits, motors, friction and springs of a joint, their bounds, and what they are of."""
     stops = [(along, pair, None) for along, pair in joint.limits.items() if not np.isinf(pair).all()]
     motors = [(motor.along, (0.0, motor.limit), motor) for motor in joint.motors if motor.speed is not None]
-    rubs = [] if joint.friction is None else [("angle", (0.0, 0.0), joint.friction)]
+    rubs = [] if joint.friction is None else [(RUBBED[joint.kind], (0.0, 0.0), joint.friction)]
     springs = [(spring.along, (spring.rest, np.inf), spring) for spring in joint.springs]
     return [*stops, *motors, *rubs, *springs]
 
