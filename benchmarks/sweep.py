@@ -25,7 +25,7 @@ import numpy as np
 from nonsmooth.catalogue.entries import load
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.runs.run import Run
+from nonsmooth.runs.system_run import SystemRun
 from nonsmooth.runs.times import Timetable, make_timetable
 from nonsmooth.sweeps.axis_names import AxisNames
 from nonsmooth.sweeps.map_task import MapTask
@@ -143,7 +143,7 @@ def bare_run() -> np.ndarray:
 def loop_time(model: Any, table: Timetable, x: float, steps: int) -> np.ndarray:
     """Seconds of one call of the compiled loop."""
     q_0, u_0 = model.state(x=x)
-    run = Run(model.system(), table.integrator, table, q_0, u_0, Selection.COMPLIANT_LIMIT, False)
+    run = SystemRun(model.system(), table.integrator, table, q_0, u_0, Selection.COMPLIANT_LIMIT, False)
     started = now()
     run.step_loop(steps)
     return now() - started

@@ -26,7 +26,7 @@ from nonsmooth.mechanics.compiled import Model, interpreted_model, loop_of, mode
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.recorder import Recorder
-from nonsmooth.runs.run import Run
+from nonsmooth.runs.system_run import SystemRun
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.workspace import contacts_by_code
 
@@ -51,13 +51,13 @@ def is_of_package(system: System) -> bool:
     return not system.own_laws and all(code is not None and code.co_filename.startswith(OURS) for code in codes)
 
 
-class AheadRun(Run):
+class AheadRun(SystemRun):
     """One integration in progress, the beginning of which is interpreted.
 
     Parameters
     ----------
     elsewhere : Elsewhere
-        The processes that compile its code. The others are those of `Run`.
+        The processes that compile its code. The others are those of `SystemRun`.
     """
 
     interpreted = 0  # steps

@@ -9,7 +9,7 @@ from typing import Any
 
 from nonsmooth.errors import Status
 from nonsmooth.results.stats import SceneStats, StepLengths
-from nonsmooth.runs.scene_run import SceneRun
+from nonsmooth.runs.scene_run import Interval, SceneRun
 from nonsmooth.runs.times import RecordTimes, listed, record_times
 
 
@@ -25,7 +25,7 @@ class FreeSteps(SceneRun):
         self.is_counted = self.every == 0
         return listed(times)
 
-    def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
+    def _intervals(self) -> Iterator[Interval]:
         """From time to time of the records, or so many steps at a time to the end; no step is given."""
         times, course, every = self.table.part(0, self.table.count).tolist(), self.course, self.every
         while self.interval < len(times) - 1 if every == 0 else self.now < times[-1] or not self.is_at_record:
@@ -51,11 +51,11 @@ class FreeSteps(SceneRun):
         lengths = StepLengths(float(course.longest_h), float(course.shortest_h), int(course.rejected))
         return replace(super().stats(), lengths=lengths)
 
-    def message(self) -> str:
-        """How the run ended, in a sentence."""
+    def reason(self) -> str:
+        """A sentence on an end that is none of those that all runs have."""
         if self.status != Status.STEP_VANISHED:
-            return super().message()
+            return super().reason()
         return (
-            f"the step became too short for the tolerance rtol = {self.integrator.rtol:g}; stopped at t = "
-            f"{self.now:.9g} s: {self.cure}"
+            f"the step became too short for the tolerance rtol = {self.integrator.rtol:g}; stopped at {self.where()}: "
+            f"{self.cure}"
         )

@@ -24,7 +24,6 @@ from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, System
 from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.recorded import COLUMNS_OF, EVENTS, IMPULSES, KINDS, LEDGER
-from nonsmooth.results.stats import Stats
 from nonsmooth.runs.specialise import loop_of_system
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import Stop
@@ -133,7 +132,8 @@ class Ongoing:
         self.compile_time += time.perf_counter() - started
         return bool(is_ready)
 
-    def time(self) -> float:
+    @property
+    def now(self) -> float:
         """The time that the run has come to [s]."""
         return float(self.state.now) if self.stop is None else self.stop.t
 
@@ -152,17 +152,9 @@ class Ongoing:
         """The state of a run that failed before it wrote a row, as the only one."""
         shapes = columns_of(self.record)
         row = Columns(*(np.zeros((min(1, len(column)), *column.shape[1:]), column.dtype) for column in shapes))
-        row.t[:], row.q[:], row.u[:] = self.time(), self.state.q, self.state.u
+        row.t[:], row.q[:], row.u[:] = self.now, self.state.q, self.state.u
         row.mode[:], row.slip[:] = self.state.mode, self.state.slip
         return row
-
-    def stats(self) -> Stats:
-        """What the run cost, and its worst figures."""
-        raise NotImplementedError
-
-    def message(self) -> str:
-        """How the run ended, in a sentence."""
-        raise NotImplementedError
 
 
 def motion_between(system: System, integrator: Integrator, record: Columns, events: np.ndarray) -> Motion:

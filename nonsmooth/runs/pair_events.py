@@ -66,7 +66,7 @@ class PairEvents:
         self._keep(t, *none)
         self.pairs, self.modes = pairs, modes
         if self.count >= MOST_EVENTS:
-            run.stop(f"the room for {MOST_EVENTS} events")
+            run.spend(f"the room for {MOST_EVENTS} events")
 
     def _loaded(self, run: SceneRun) -> tuple[np.ndarray, ...]:
         """The pairs with impulses, on springs forces, in order: modes, normal impulses, impulses on body j."""

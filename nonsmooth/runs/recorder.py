@@ -140,7 +140,7 @@ class Recorder:
 
 def stands_behind(run: Ongoing, t: float) -> bool:
     """Whether a run has gone on since its last row, at the time t [s]."""
-    return bool(run.time() > t if run.integrator.chooses_steps else run.state.counters.step > 0)
+    return bool(run.now > t if run.integrator.chooses_steps else run.state.counters.step > 0)
 
 
 def without(names: tuple[str, ...], rows: Columns) -> Columns:
@@ -324,7 +324,7 @@ class SceneRecorder:
                 held = sum(column.nbytes for column in self.records.values())
                 require_memory(room / len(self.records["t"]) * held, "records", "")
             except InvalidInput:
-                run.stop("the free memory, which records of all steps would exceed,")
+                run.spend("the free memory, which records of all steps would exceed,")
                 room = rows + 1
         for name, column in self.records.items():
             grown = np.zeros((room, *column.shape[1:]), column.dtype)
@@ -340,7 +340,7 @@ class SceneRecorder:
         try:
             require_memory(left, "contacts", "")
         except InvalidInput:
-            run.stop("the free memory, which contacts of all records would exceed,")
+            run.spend("the free memory, which contacts of all records would exceed,")
 
     def look(self, run: SceneRun) -> None:
         """Between two blocks of steps, some 50 times a second."""

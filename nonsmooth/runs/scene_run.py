@@ -1,4 +1,4 @@
-"""One run of a scene: step after step, until the end, a failure, Ctrl-C or the end of the budget.
+"""A run of a scene: interval after interval between two records.
 
 `simulate` begins it in simulate_scene.py; what is said of its figures in the end is in scene_warnings.py.
 """
@@ -6,27 +6,23 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
 from typing import Any
 
 import numpy as np
 
 from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.contact.planar.selection import Selection
-from nonsmooth.errors import InvalidInput, Status, said_by
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.apart import part_bodies
 from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, TOO_MANY, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.struck import MOST_STRUCK
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.moreau_jean.contact_solver import ContactSolver
-from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.mechanics.laws import ImpactLaw
-from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.ledger import WORKS
 from nonsmooth.results.recorded import EVENTS, PAIRS
 from nonsmooth.results.scene_solution import SceneSolution
@@ -36,7 +32,7 @@ from nonsmooth.runs.applied_forces import AppliedForces
 from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.recorder import SceneRecorder
 from nonsmooth.runs.refused_scenes import require_taken
-from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
+from nonsmooth.runs.run import Run
 from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
@@ -49,15 +45,10 @@ TIMES_AT_ONCE = 512  # chosen: record times that are held
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
 # name: field of the counts
 METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct", "interior points": "inside"}
-FAILURES: dict[Status, type[StepFailure]] = {
-    Status.BUDGET_SPENT: BudgetSpent,
-    Status.NOT_FINITE: ModelFunctionError,
-    Status.PROGRESS_FAILED: ProgressError,
-    Status.EVENT_FAILED: EventFunctionError,
-}
+Interval = tuple[float, float, int, float]  # start [s], step [s], number of steps, end [s]
 
 
-class SceneRun:
+class SceneRun(Run):
     """One run with steps of a given length; with compliant contacts: `SpringRun`.
 
     Parameters
@@ -79,11 +70,14 @@ class SceneRun:
         For what its method does not take (refused_scenes.py), and a scene that cannot begin.
     """
 
+    table: RecordTimes
+    recorder: SceneRecorder
     works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
     is_counted = True  # whether its records are those of the table
     has_islands = True  # whether contact problems are solved, island by island
     ends = ENDS  # the status of each way in which steps come back but one
-    _block = 1  # steps before the next look at the clock
+    intervals: Iterator[Interval] | None = None  # those between records that are left, once the run has begun
+    at_hand: Interval | None = None  # the present one
     what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
 
     def __init__(
@@ -112,14 +106,11 @@ class SceneRun:
         self.watch = SceneWatch(self, functions) if functions else None
         self.watches = [watch for watch in (self.pair_events, self.watch) if watch is not None]
         self.centres = self.world.frames[:, : scene.dim]
-        self.status = Status.RUNNING
         self.began, self.dt = self.table.span[0], 0.0  # of the interval between two records
         self.interval, self.steps_before, self.has_record = 0, 0, False
-        self.wall_time = 0.0
-        self.cause: BaseException | None = None
-        self.spent = ""
         if self.has_islands and any(body.kind is Kind.KINEMATIC for body in scene.bodies):
             self.world.go_along(self.assembly.find_contacts(float(self.assembly.doubts.near)), self.assembly.found)
+        self.recorder.begin(self)
 
     def _times(self, t_span: tuple[float, float], every: int, t_eval: Any) -> RecordTimes:
         """The record times."""
@@ -153,57 +144,53 @@ class SceneRun:
         """How contact problems are solved."""
         return self.integrator.contacts  # type: ignore[no-any-return]
 
-    def advance(
-        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
-    ) -> None:
-        """Run until the end or a reason to stop."""
-        self.recorder.begin(self)
-        with closing(self.recorder):
-            if self.status == Status.RUNNING:
-                self._run_intervals(max_wall_time, progress, max_steps)
-                self.recorder.end(self)
+    def take(self, most: int) -> Status:
+        """Take at most so many steps, with the records that fall due; the last of them ends the run."""
+        end = self.steps + most
+        if self.intervals is None:
+            self._begin()
+        while self.status == Status.RUNNING and self.at_hand is not None:
+            _, _, count, t_next = self.at_hand
+            if (left := self.left(count, t_next)) > 0 and self.steps < end:
+                self.take_steps(min(left, end - self.steps))
+            elif left > 0:
+                break
+            else:
+                self._end_interval(t_next)
+        if self.status == Status.RUNNING and self.at_hand is None:
+            return Status.FINISHED
+        self.recorder.look(self)
+        return self.status
 
-    def _run_intervals(
-        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None
-    ) -> None:
-        self.started, waited_before = running_time(), waited()
-        started = self.started
-        deadline = math.inf if max_wall_time is None else started + max_wall_time
-        budget = sys.maxsize if max_steps is None else max_steps
-        self._looked, self._block = started, 1
-        try:
-            if not self.has_record:
-                self.write_record()
-            if self.watch is not None:
-                self.watch.look(self, self.now, self.now)
-            for t, dt, count, t_next in self._intervals() if self.status == Status.RUNNING else ():
-                self.began, self.dt = t, dt
-                while (left := self.left(count, t_next)) > 0:
-                    self._look(deadline, progress, max_wall_time)
-                    if self.status == Status.RUNNING and self.steps >= budget:
-                        self.stop(f"max_steps = {max_steps}")
-                    if self.status != Status.RUNNING:
-                        return
-                    self.take_steps(min(left, budget - self.steps))
-                    if self.status != Status.RUNNING:
-                        return
-                self.go_on_from(self.interval + 1, self.steps, False)
-                self.began, self.dt = t_next, 0.0
-                self.write_record()
-            if self.status == Status.RUNNING:
-                self.status = Status.FINISHED
-                if progress is not None:
-                    self._show(progress)
-        except KeyboardInterrupt:
-            Run.interrupted += 1
-            self.status = Status.INTERRUPTED
-        finally:
-            if self.status not in (Status.FINISHED, Status.RUNNING):
-                self.assembly.end_step()
-            self.wall_time = running_time() - started
-            self.compile_time += waited() - waited_before
+    def _begin(self) -> None:
+        """Write the record of the start, and begin the first interval."""
+        if not self.has_record:
+            self.write_record()
+        if self.watch is not None:
+            self.watch.look(self, self.now, self.now)
+        self.intervals = self._intervals()
+        self._next_interval()
 
-    def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
+    def _next_interval(self) -> None:
+        """Go to the next interval, where there is one."""
+        assert self.intervals is not None
+        self.at_hand = next(self.intervals, None)
+        if self.at_hand is not None:
+            self.began, self.dt, _, _ = self.at_hand
+
+    def _end_interval(self, t: float) -> None:
+        """Write the record at the end of an interval, a time t [s], and go to the next."""
+        self.go_on_from(self.interval + 1, self.steps, False)
+        self.began, self.dt = t, 0.0
+        self.write_record()
+        self._next_interval()
+
+    def settle(self) -> None:
+        """Put the state of a run that ended within its span where it can be read."""
+        if self.status != Status.FINISHED:
+            self.assembly.end_step()
+
+    def _intervals(self) -> Iterator[Interval]:
         """Start, step, number of steps and end of the intervals between records, from the present one on."""
         while self.interval < self.table.count - 1:
             t = self.table.part(self.interval, min(self.interval + TIMES_AT_ONCE, self.table.count))
@@ -248,18 +235,6 @@ class SceneRun:
         """The time that the run has come to, by the steps that were taken [s]."""
         return self.began + (self.steps - self.steps_before) * self.dt
 
-    def _look(self, deadline: float, progress: Callable[[float], None] | None, max_wall_time: float | None) -> None:
-        """Look at the clock, now and then, and show how far the run is."""
-        now = running_time()
-        if now - self._looked < LOOK_EVERY:
-            return
-        self._looked, self.wall_time = now, now - self.started
-        self.recorder.look(self)
-        if now > deadline:
-            self.stop(f"max_wall_time = {max_wall_time:g} s")
-        if progress is not None:
-            self._show(progress)
-
     @property
     def asks_before_steps(self) -> bool:
         """Whether a function of the user says something of each step."""
@@ -283,12 +258,11 @@ class SceneRun:
 
     def _end_without_answer(self, refusal: InvalidInput) -> None:
         """End the run where a function says nothing that can be used."""
-        self.status, self.cause = Status.NOT_FINITE, refusal
-        self.spent = f"{refusal}; stopped at t = {self.now:.9g} s"
+        sentence = f"{refusal}; stopped at {self.where()}"
+        self.end_at(Stop(self.now, Status.NOT_FINITE, sentence, cause=refusal))
 
     def take_steps(self, most: int) -> None:
-        """Some steps, as many as end before the next look at the clock."""
-        before, began = self.steps, running_time()
+        """Take some steps, at most so many, without a look at the clock."""
         if self.asks_before_steps and not self._ask_functions():
             return
         if self.asks_before_steps:
@@ -297,9 +271,8 @@ class SceneRun:
             most = watch.steps_at_once(self, most)
         t = self.now
         with interrupts_held_back():  # a step is whole, or it is not begun
-            end = self.assembly.take_steps(self.dt, min(most, self._block), t)
+            end = self.assembly.take_steps(self.dt, most, t)
         self._look_at_end(end, t)
-        self._block = next_block(self.steps - before, running_time() - began)
 
     def _look_at_end(self, end: int, t: float) -> None:
         """Go on after steps from a time t [s], or end the run as they came back."""
@@ -317,29 +290,18 @@ class SceneRun:
         """End the run where a law of friction gives no coefficient."""
         found, body, c = self.assembly.found, self.assembly.shapes.body, int(self.assembly.progress.wanted)
         first, second = (self.names[int(body[shape[c]])] for shape in (found.shape_i, found.shape_j))
-        self.spent = (
-            f"the friction law of {first} and {second} is negative, or no number, at a speed that they slide with; "
-            f"stopped at t = {self.now:.9g} s"
-        )
-        self.status, self.cause = Status.NOT_FINITE, InvalidInput(self.spent)
+        sentence = f"the friction law of {first} and {second} is negative, or no number, at their sliding speed"
+        self._end_without_answer(InvalidInput(sentence))
 
     def _end_of_large_impact(self) -> None:
         """End the run where a law of impact is that of more contacts than it is done for."""
         body = self.names[int(self.assembly.network.j[int(self.assembly.progress.wanted)])]
         law = ImpactLaw(self.world.surfaces.impact).name.lower()
-        self.spent = (
-            f"impact = {law!r} is for islands of up to {MOST_STRUCK} closed contacts, and {body} is of a larger one; "
-            f"impact='newton' has no such limit; stopped at t = {self.now:.9g} s, before it rebounds"
+        sentence = (
+            f"impact = {law!r} is for islands of up to {MOST_STRUCK} closed contacts, and {body}, which is about to "
+            "rebound, is of a larger one; impact='newton' has no such limit"
         )
-        self.status, self.cause = Status.NOT_FINITE, InvalidInput(self.spent)
-
-    def stop(self, spent: str) -> None:
-        """End the run before its time."""
-        self.status, self.spent = Status.BUDGET_SPENT, spent
-
-    def end_at(self, stop: Stop) -> None:
-        """End the run as an event of the user says."""
-        self.status, self.spent, self.cause = stop.status, stop.message, stop.cause
+        self._end_without_answer(InvalidInput(sentence))
 
     def paradox_rows(self) -> np.ndarray:
         """Where rigid contact left open what happens, as a solution has it."""
@@ -352,16 +314,6 @@ class SceneRun:
         columns |= {} if self.pair_events is None else self.pair_events.columns()
         times = [] if self.watch is None else self.watch.t_events
         return columns | {f"t_events/{k}": found for k, found in enumerate(times)}
-
-    def _show(self, progress: Callable[[float], None]) -> None:
-        """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
-        t_0, t_1 = self.table.span
-        try:
-            progress(float((self.now - t_0) / (t_1 - t_0)) if t_1 > t_0 else 1.0)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            self.status, self.cause = Status.PROGRESS_FAILED, error
 
     def stats(self) -> SceneStats:
         """What the run cost."""
@@ -403,29 +355,15 @@ class SceneRun:
         t = self._time_of_step(int(counts.first_together))
         return f"at t = {t:.4g} s {self.world.scene.bodies[int(counts.struck)].name}"
 
-    def message(self) -> str:
-        """How the run ended, in a sentence."""
-        where = f"t = {self.now:.9g} s"
-        if self.status == Status.FINISHED:
-            return "the end was reached"
-        if self.status in (Status.EVENT_REACHED, Status.EVENT_FAILED) or (
-            self.status == Status.NOT_FINITE and self.cause is not None
-        ):
-            return self.spent
-        if self.status == Status.INTERRUPTED:
-            return f"interrupted at {where}"
-        if self.status == Status.BUDGET_SPENT:
-            return f"{self.spent} is used up after {self.steps} steps; stopped at {where}"
-        if self.status == Status.PROGRESS_FAILED:
-            assert self.cause is not None
-            return f"the progress function raised {said_by(self.cause)}; stopped at {where}"
+    def reason(self) -> str:
+        """A sentence on an end that is none of those that all runs have."""
         if self.status == Status.NOT_FINITE:
-            return f"{self.world.lost()} is nowhere: its place is not finite, or too far out; stopped at {where}"
+            return f"{self.world.lost()} is nowhere: its place is not finite, or too far out; stopped at {self.where()}"
         stats = self.stats()
         return (
             f"the contact problem of this step was solved to a residual of {stats.last_residual:.2g}"
             f"{worst_place(stats)}, and "
-            f"tol = {self.assembly.tol:g} was asked for; stopped at {where}"
+            f"tol = {self.assembly.tol:g} was asked for; stopped at {self.where()}"
         )
 
     def about(self) -> dict[str, Any]:
@@ -441,13 +379,9 @@ class SceneRun:
         """What was computed."""
         return self.recorder.solution(self)
 
-    def failure(self, solution: SceneSolution) -> StepFailure:
-        """The exception of a run that did not end well."""
+    def failed_problem(self, message: str) -> Any:
+        """The contact problem of the island that was not solved, where there is one."""
         from nonsmooth.results.failed_problem import SceneProblem
 
         unsolved = self.assembly.unsolved if self.status == Status.NOT_SOLVED else None
-        problem = None if unsolved is None else SceneProblem(unsolved, solution.message)
-        kind = FAILURES.get(self.status, StepFailure)
-        error = kind(solution.message, solution, self.now, problem)  # type: ignore[arg-type]
-        error.__cause__ = self.cause
-        return error
+        return None if unsolved is None else SceneProblem(unsolved, message)

@@ -28,9 +28,9 @@ from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
 from nonsmooth.runs.asked import Asked, require_integrator
 from nonsmooth.runs.recorder import Recorder
-from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at
 from nonsmooth.runs.size_of_motion import coarse, steps_again, suited, taken_again
+from nonsmooth.runs.system_run import SystemRun
 from nonsmooth.runs.times import make_timetable, span_of
 from nonsmooth.runs.user_events import OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
@@ -80,7 +80,7 @@ def simulate_system(
     return solution
 
 
-def run_of(task: Task, recorded: tuple[str, ...], functions: list[Callable], asked: Asked) -> Run:
+def run_of(task: Task, recorded: tuple[str, ...], functions: list[Callable], asked: Asked) -> SystemRun:
     """The run that is asked for, which looks for the events of the user."""
     if asked.has_checkpoint and functions:
         raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
@@ -96,7 +96,7 @@ def run_of(task: Task, recorded: tuple[str, ...], functions: list[Callable], ask
 def by_another(
     again: Callable[..., Solution],
     other: Integrator | None,
-    run: Run,
+    run: SystemRun,
     solution: Solution,
     reason: str | None,
     asked: Asked,
@@ -106,7 +106,7 @@ def by_another(
     if other is None or asked.has_checkpoint or any(part is not None and part <= 0 for part in left):
         return None
     taken = again(other, replace(asked, max_steps=left[0], max_wall_time=left[1]))
-    taken.about["chosen"] = f"{reason}, but not from t = {run.time():.6g} s on: the run was taken again"
+    taken.about["chosen"] = f"{reason}, but not from t = {run.now:.6g} s on: the run was taken again"
     return taken
 
 
@@ -171,16 +171,16 @@ def left_of(budget: float | None, used: float) -> Any:
 def new_run(
     system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
     q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorder: Recorder | None = None,
-) -> Run:  # fmt: skip
+) -> SystemRun:  # fmt: skip
     """The run of an integrator."""
     table = make_timetable(integrator, t_span, every, t_eval)
-    return Run(system, integrator, table, q0, u0, selection, project, recorder)
+    return SystemRun(system, integrator, table, q0, u0, selection, project, recorder)
 
 
 def run_ahead(
     system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
     q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorder: Recorder,
-) -> Run | None:  # fmt: skip
+) -> SystemRun | None:  # fmt: skip
     """A run that begins in the interpreter while its code is compiled; None where it is compiled, or is to be first."""
     from nonsmooth.runs.ahead import AheadRun, compiled_elsewhere
 
@@ -195,7 +195,7 @@ def checkpointed_run(
     system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
     q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorded: tuple[str, ...], checkpoint: Any,
     resume: Any, seconds: float,
-) -> Run:  # fmt: skip
+) -> SystemRun:  # fmt: skip
     """The run of an integrator, with its checkpoint.
 
     Raises

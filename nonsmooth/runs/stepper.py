@@ -86,7 +86,6 @@ class Stepper:
         t_0, recorder = as_number("t_0", t_0, "s"), SceneRecorder(kinds_of_scene(record))
         self._run = SteppedRun(given, (t_0, t_0 + method.dt), method, 1, None, recorder)
         self._run.dt = method.dt
-        recorder.begin(self._run)
         self._run.write_record()
 
     @property

@@ -11,14 +11,14 @@ from nonsmooth.integrators.radau.method import SMALLEST_STEP
 from nonsmooth.integrators.records import EVENT_T, Columns
 from nonsmooth.results.motion import Motion, join_motions
 from nonsmooth.runs.ongoing import STEPS_PER_VISIT, columns_of, motion_between
-from nonsmooth.runs.run import Run
+from nonsmooth.runs.system_run import SystemRun
 from nonsmooth.runs.times import schedule_of
 from nonsmooth.runs.user_events import PLACES_OF_STEP, START, EventWatch, Stop
 
 SPAN_LEFT = 0.75 * SMALLEST_STEP  # chosen: of the time: what is left to the end is no step
 
 
-def watch_of(run: Run, functions: Sequence[Callable]) -> WatchedRecords | WatchedSteps:
+def watch_of(run: SystemRun, functions: Sequence[Callable]) -> WatchedRecords | WatchedSteps:
     """What looks for the events of a run.
 
     Raises
@@ -32,7 +32,7 @@ def watch_of(run: Run, functions: Sequence[Callable]) -> WatchedRecords | Watche
 class WatchedRecords:
     """Of a fixed step: from record to record, each of them a step."""
 
-    def __init__(self, run: Run, functions: Sequence[Callable]) -> None:
+    def __init__(self, run: SystemRun, functions: Sequence[Callable]) -> None:
         if run.schedule.steps.max(initial=1) > 1:
             raise InvalidInput(
                 f"{type(run.integrator).__name__} looks for events from record to record; give events without every= "
@@ -40,7 +40,7 @@ class WatchedRecords:
             )
         self.events = EventWatch(functions, START)
 
-    def block(self, run: Run, max_steps: int) -> int:
+    def block(self, run: SystemRun, max_steps: int) -> int:
         """A block, and the events in it; at a reason to stop the records end there."""
         first = max(0, int(run.record.counts.rows) - 1)
         status = run.block(max_steps)
@@ -55,7 +55,7 @@ class WatchedRecords:
         return stop.status
 
 
-def cut(run: Run, motion: Motion, t: float) -> None:
+def cut(run: SystemRun, motion: Motion, t: float) -> None:
     """Go back to a time in a step: impulses and works in proportion, of a step with an impact all or nothing."""
     state, record, counters, times = run.state, run.record, run.state.counters, run.schedule.t
     k = max(0, int(np.searchsorted(times, t)) - 1)
@@ -79,16 +79,16 @@ def cut(run: Run, motion: Motion, t: float) -> None:
 class WatchedSteps:
     """Of steps of chosen length: within each of them, whichever are recorded."""
 
-    def __init__(self, run: Run, functions: Sequence[Callable]) -> None:
+    def __init__(self, run: SystemRun, functions: Sequence[Callable]) -> None:
         self.events = EventWatch(functions, PLACES_OF_STEP)
         run.keep_steps()
 
-    def block(self, run: Run, max_steps: int) -> int:
+    def block(self, run: SystemRun, max_steps: int) -> int:
         """A block, and the events in it; at a reason to stop the block is run anew, to end there."""
         before = run.snapshot()
         n_steps = len(run.recorder.steps)
         status = run.block(max_steps)
-        here = (run.time(), run.state.q.copy(), run.state.u.copy())
+        here = (run.now, run.state.q.copy(), run.state.u.copy())
         stop = self.events.scan(
             join_motions(run.recorder.steps[n_steps:], here, here), has_ended=status == Status.FINISHED
         )
@@ -106,7 +106,7 @@ class WatchedSteps:
         return status
 
 
-def end_at(run: Run, stop: Stop) -> None:
+def end_at(run: SystemRun, stop: Stop) -> None:
     """Let the run end at a stop; at an instant later, if the velocities jump there, so that they have jumped."""
     times, every = run.schedule.t, int(run.schedule.every)
     instant = SPAN_LEFT * abs(stop.t) if stop.is_jump and every > 0 else 0.0

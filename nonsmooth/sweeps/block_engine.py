@@ -49,8 +49,9 @@ from nonsmooth.mechanics.system import System
 from nonsmooth.results.recorded import COORDINATES, EVENTS, KINDS, MODES
 from nonsmooth.runs.ongoing import columns_of, left_out, set_handles, skip
 from nonsmooth.runs.recorder import ROW_CAPACITY
-from nonsmooth.runs.run import FIRST_BLOCK, next_block
+from nonsmooth.runs.run import next_block
 from nonsmooth.runs.specialise import loop_of_system
+from nonsmooth.runs.system_run import FIRST_BLOCK
 from nonsmooth.runs.times import Timetable
 from nonsmooth.signals.interruption import end_if_asked
 from nonsmooth.signals.telling import tell

@@ -26,8 +26,8 @@ from nonsmooth.mechanics.system import System
 from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.asked import SELECTIONS, require_integrator
-from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.runs.system_run import MESSAGES
 from nonsmooth.runs.times import Timetable, make_timetable, own_steps, span_of
 from nonsmooth.scenes.given import as_model
 from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of

@@ -118,7 +118,7 @@ MUTATIONS = {
         "tests/mechanics/test_agreement.py::test_a_ripple_as_short_as_one_step_is_no_contradiction",
     ),
     "runs are not looked at on their way": Mutation(
-        "runs/run.py", "if self.status == Status.RUNNING and is_due(self.system, self.state.mode.tobytes()):",
+        "runs/system_run.py", "if status == Status.RUNNING and is_due(self.system, self.state.mode.tobytes()):",
         "if False:", "tests/mechanics/test_agreement.py::test_a_long_run_is_looked_at_on_its_way",
     ),
     "a dual cosine falls the wrong way": Mutation(

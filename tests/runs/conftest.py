@@ -6,8 +6,8 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from nonsmooth.runs import run as runs
 from nonsmooth.runs import streaming
+from nonsmooth.runs.system_run import SystemRun
 
 COLUMNS = ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip", "event_rows")
 
@@ -32,5 +32,5 @@ def bits():
 def small(monkeypatch):
     """Windows of some 20 records, and stops after 19 steps: between two records, too; nothing waits for the disk."""
     monkeypatch.setattr(streaming, "WINDOW", 4096)
-    monkeypatch.setattr(runs, "FIRST_BLOCK", 19)
+    monkeypatch.setattr(SystemRun, "first_block", 19)
     monkeypatch.setattr(os, "fsync", lambda file: None)

@@ -18,6 +18,7 @@ from nonsmooth.jit.turns import in_turn
 from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.runs import ahead, run
 from nonsmooth.runs.simulate import simulate, simulate_at_once
+from nonsmooth.runs.system_run import SystemRun
 
 pytestmark = [
     pytest.mark.upkeep,
@@ -52,7 +53,7 @@ def run_ahead(monkeypatch):
         monkeypatch.setattr(ahead, "compiled_elsewhere", lambda system, integrator: other)
         return simulate_at_once(*arguments, **options), other
 
-    monkeypatch.setattr(run, "FIRST_BLOCK", 7)
+    monkeypatch.setattr(SystemRun, "first_block", 7)
     monkeypatch.setattr(run, "LOOK_EVERY", 0.0)  # blocks of one step from there on
     return begin
 
@@ -141,7 +142,7 @@ def test_what_fails_in_the_interpreter_fails_as_machine_code_does(what, run_ahea
 
 
 def test_ctrl_c_in_the_interpreter_stops_between_two_steps(run_ahead, monkeypatch):
-    monkeypatch.setattr(run, "FIRST_BLOCK", 1)
+    monkeypatch.setattr(SystemRun, "first_block", 1)
 
     def force(t, q, u, p, h):
         h[0] = -9.81

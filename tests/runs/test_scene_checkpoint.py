@@ -248,7 +248,7 @@ def test_ctrl_c_while_files_are_written_waits_until_they_are_whole(small, tmp_pa
         return original(self, *given)
 
     monkeypatch.setattr(store.Checkpoint, moment, interrupted)
-    monkeypatch.setattr("nonsmooth.runs.scene_run.LOOK_EVERY", 0.0)
+    monkeypatch.setattr("nonsmooth.runs.run.LOOK_EVERY", 0.0)
     stopped = ns.simulate(falling(), (0, 0.4), **options, checkpoint=tmp_path / "run.nsc", checkpoint_every=0)
     monkeypatch.setattr(store.Checkpoint, moment, original)
     assert stopped.status == ns.Status.INTERRUPTED and stopped.stats.steps > 0 and stopped.t[-1] < 0.4

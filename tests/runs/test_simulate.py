@@ -9,6 +9,7 @@ import pytest
 import nonsmooth as ns
 import nonsmooth.runs.run as runs
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SelfLockingRod, SlidingBlock, SpragSlip
+from nonsmooth.runs.system_run import SystemRun
 from tests.systems import PointMass, ball, ball_mass, ball_normal
 
 STEP = ns.MoreauJean(dt=1e-3)
@@ -183,7 +184,7 @@ def test_mass_that_becomes_singular_stops_the_run_with_the_partial_solution():
 
 @pytest.mark.parametrize("cost", [1e-7, 1e-5, 1e-3, 1.0])
 def test_the_clock_is_looked_at_as_often_whatever_a_step_costs(cost):
-    block = runs.FIRST_BLOCK
+    block = SystemRun.first_block
     for _ in range(20):
         block = runs.next_block(block, block * cost)
     assert block == max(1, int(runs.LOOK_EVERY / cost)) or abs(block * cost / runs.LOOK_EVERY - 1) < 0.1

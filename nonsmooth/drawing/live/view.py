@@ -17,8 +17,8 @@ from nonsmooth.drawing.player.film import Body
 from nonsmooth.drawing.player.scene_film import body_of
 from nonsmooth.errors import InvalidInput, NonsmoothWarning, said_by, warn_caller
 from nonsmooth.runs.recorder import contacts_of
-from nonsmooth.runs.run import Run
 from nonsmooth.runs.scene_run import SceneRun
+from nonsmooth.runs.system_run import SystemRun
 from nonsmooth.scenes.elements import Kind
 from nonsmooth.scenes.shapes import PLANAR
 
@@ -36,7 +36,7 @@ class LiveView(ABC):
 
     Parameters
     ----------
-    run : Run or SceneRun
+    run : SystemRun or SceneRun
     """
 
     window: Window
@@ -84,7 +84,7 @@ class LiveView(ABC):
 class LiveModel(LiveView):
     """Lines of ``shape(q)`` and ``outline()``, and closed contacts."""
 
-    run: Run
+    run: SystemRun
 
     def open(self) -> None:
         """Open a window on the lines of the model."""
@@ -111,7 +111,7 @@ class LiveModel(LiveView):
 
     @property
     def now(self) -> float:
-        return self.run.time()
+        return self.run.now
 
 
 class LiveScene(LiveView):
@@ -165,7 +165,7 @@ class LiveScene(LiveView):
         return self.run.now
 
 
-def live_model(run: Run) -> LiveView:
+def live_model(run: SystemRun) -> LiveView:
     """The live view of a run of a system."""
     return LiveModel(run)
 
