@@ -74,6 +74,7 @@ def refused_by_moreau_jean(run: SceneRun) -> Iterator[str]:
         )
     if run.integrator.compliance is not None:
         yield from refused_joints(run, "MoreauJean with compliance=")
+        yield from refused_adhesion(run, "MoreauJean with compliance=")
 
 
 def refused_by_rigid_steps(run: SceneRun) -> Iterator[str]:
@@ -100,6 +101,7 @@ def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
             "rolling and spinning friction are laws of rigid contacts, which Penalty has not, and a material of the "
             "scene has some; take MoreauJean(dt)"
         )
+    yield from refused_adhesion(run, "Penalty")
     if threads > 1:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "
@@ -140,6 +142,12 @@ def refused_drives(run: SceneRun) -> Iterator[str]:
             yield f"hunt-crossley has no stiffness [N/m] that {joint.name} could have; take another law"
     if run.scene.joints and PAIRS in run.recorder.kinds:
         yield 'pairs of Penalty are those of contacts, and the scene has joints; leave "pairs" out of record='
+
+
+def refused_adhesion(run: SceneRun, what: str) -> Iterator[str]:
+    """Contacts that adhere, where they are not known."""
+    if (run.world.surfaces.adhesion > 0.0).any():
+        yield f"{what} has springs that push, and a material of the scene has adhesion; take MoreauJean(dt), rigid"
 
 
 def refused_joints(run: SceneRun, what: str) -> Iterator[str]:

@@ -29,7 +29,7 @@ from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.scenes.elements import Body, Joint, Kind
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.materials import impact_of_pair
-from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resists
+from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resistance_in
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import compose, inverse, place_of, rotate
 from nonsmooth.scenes.rounded_points import NO_COORDINATES, Side, Touch, functions_of_touches
@@ -57,8 +57,8 @@ class _Asked:
     def __init__(self, scene: Scene, pairs: Any, t_0: float) -> None:
         self.scene, self.pairs, self.t_0 = scene, pairs, t_0
         of_pairs = tuple((tuple(sorted(names)), given) for names, given in scene.pairs.items())
-        lengths = tuple((tuple(sorted(names)), given) for names, given in scene.resistances.items())
-        own = np.asarray(scene.gravity), scene.name, scene.t_end, scene.dt, lengths
+        others = tuple((tuple(sorted(names)), tuple(given.items())) for names, given in scene.resistances.items())
+        own = np.asarray(scene.gravity), scene.name, scene.t_end, scene.dt, others
         self.content = content_of(
             (tuple(scene.bodies), tuple(scene.joints), tuple(scene.ignored), of_pairs, own, pairs, t_0)
         )
@@ -150,8 +150,8 @@ def _require_plain(scene: Scene) -> None:
             raise InvalidInput(f"{body.name} is guided, which no system of a scene in space holds; {CURE}")
         if isinstance(body.shape, HalfPlane) and np.any(body.spin):
             raise InvalidInput(f"{body.name} is a half-plane that turns, which no system of a scene holds; {CURE}")
-    if resists(scene):
-        raise InvalidInput(f"a material has rolling or spinning friction, which no system of a scene holds; {CURE}")
+    if what := resistance_in(scene):
+        raise InvalidInput(f"a material has {what}, which no system of a scene holds; {CURE}")
     if scene.springs:
         raise InvalidInput(f"{scene.springs[0].name} is a spring, which no system of a scene holds; {CURE}")
     if scene.forces:

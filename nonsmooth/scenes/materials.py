@@ -1,6 +1,6 @@
 """What surfaces are made of, and what two of them do to one another.
 
-    mu = sqrt(mu_a mu_b),    e = sqrt(e_a e_b),    and so the lengths of rolling and spinning friction
+    mu = sqrt(mu_a mu_b),    e = sqrt(e_a e_b),    and so the lengths of rolling and spinning friction, and adhesion
 
 unless the pair was given its own: a rule, not a law of physics, that leaves equal materials as they are and has nothing
 rebound from what swallows all. Laws of the sliding speed have no such mean: equal materials keep theirs, others are
@@ -19,6 +19,9 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, FrictionLaw, as_law
 from nonsmooth.mechanics.signatures import takes
 from nonsmooth.scenes.ranges import as_friction
+
+# defined: beside mu and e: lengths of rolling and spinning friction [m], and the pull-off force of a point [N]
+RESISTANCES = ("rolling", "spinning", "adhesion")
 
 
 @dataclass(frozen=True)
@@ -42,17 +45,20 @@ class Material:
         Lengths of rolling and spinning friction against its like [m]: the moments of a contact against the angular
         velocities of its bodies along its tangents, and along its normal, are at most these times what it presses. A
         ball of radius R rests on slopes up to atan(rolling/R).
+    adhesion : float, optional
+        F against its like [N]: a contact point that is closed stays closed up to a pull of F, and its friction is that
+        of what it presses with F added to it. Once it is open nothing is left of it.
 
     Raises
     ------
     InvalidInput
-        For mu < 0, lengths < 0, or e outside [0, 1].
+        For mu < 0, lengths or adhesion < 0, or e outside [0, 1].
 
     Examples
     --------
     >>> import nonsmooth as ns
     >>> ns.Material(mu=0.8, e=0.1, name="rubber")
-    Material(mu=0.8, e=0.1, name='rubber', impact=None, rolling=0.0, spinning=0.0)
+    Material(mu=0.8, e=0.1, name='rubber', impact=None, rolling=0.0, spinning=0.0, adhesion=0.0)
     """
 
     mu: float | FrictionLaw = 0.5
@@ -61,11 +67,12 @@ class Material:
     impact: str | None = None
     rolling: float = 0.0
     spinning: float = 0.0
+    adhesion: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mu", as_mu(self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
-        for what in ("rolling", "spinning"):
+        for what in RESISTANCES:
             object.__setattr__(self, what, as_non_negative(what, getattr(self, what)))
         if not isinstance(self.name, str):
             raise InvalidInput(f"the name of a material must be a text; got {shown(self.name)}")
@@ -93,9 +100,9 @@ def of_pair(a: Material, b: Material) -> tuple[float | FrictionLaw | None, float
     return math.sqrt(a.mu * b.mu), e
 
 
-def lengths_of_pair(a: Material, b: Material) -> tuple[float, float]:
-    """Lengths of rolling and spinning friction of two materials by the rule above [m]."""
-    return math.sqrt(a.rolling * b.rolling), math.sqrt(a.spinning * b.spinning)
+def resistances_by_rule(a: Material, b: Material) -> tuple[float, ...]:
+    """The ``RESISTANCES`` of two materials by the rule above."""
+    return tuple(math.sqrt(getattr(a, what) * getattr(b, what)) for what in RESISTANCES)
 
 
 def impact_of_pair(a: Material, b: Material) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.laws import FrictionLaw
-from nonsmooth.scenes.materials import Material, lengths_of_pair, of_pair
+from nonsmooth.scenes.materials import RESISTANCES, Material, of_pair, resistances_by_rule
 from nonsmooth.scenes.scene import Scene
 
 
@@ -20,17 +20,21 @@ def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float | Fri
     return mu, e if own_e is None else own_e
 
 
-def resistances_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:
-    """Lengths of rolling and spinning friction of two materials: those that the pair was given, or by the rule [m]."""
-    rule, own = lengths_of_pair(a, b), scene.resistances.get(frozenset((a.name, b.name)), (None, None))
-    rolling, spinning = (mean if given is None else given for mean, given in zip(rule, own, strict=True))
-    return rolling, spinning
+def resistances_of(scene: Scene, a: Material, b: Material) -> tuple[float, ...]:
+    """The ``RESISTANCES`` of two materials: those that the pair was given, or by the rule."""
+    own = scene.resistances.get(frozenset((a.name, b.name)), {})
+    return tuple(own.get(what, mean) for what, mean in zip(RESISTANCES, resistances_by_rule(a, b), strict=True))
 
 
-def resists(scene: Scene) -> bool:
-    """Whether a contact of a scene may have rolling or spinning friction."""
+def resistance_in(scene: Scene) -> str:
+    """What of ``RESISTANCES`` a contact of a scene may have, in words; nothing where there is none."""
     materials = {id(body.material): body.material for body in scene.bodies}.values()
-    return any(any(resistances_of(scene, a, b)) for a in materials for b in materials)
+    for a in materials:
+        for b in materials:
+            *lengths, adhesion = resistances_of(scene, a, b)
+            if any(lengths) or adhesion:
+                return "rolling or spinning friction" if any(lengths) else "adhesion"
+    return ""
 
 
 def require_known_pairs(scene: Scene) -> None:

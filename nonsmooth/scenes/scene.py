@@ -95,7 +95,7 @@ class Scene(Joining):
         self.springs: list[Spring] = []
         self.ignored: list[tuple[Body, Body]] = []
         self.pairs: dict[frozenset[str], tuple[float | FrictionLaw | None, float | None]] = {}
-        self.resistances: dict[frozenset[str], tuple[float | None, float | None]] = {}
+        self.resistances: dict[frozenset[str], dict[str, float]] = {}
         self._names: dict[str, int] = {}
 
     def body(
@@ -371,7 +371,7 @@ class Scene(Joining):
 
     def pair(
         self, a: Material | str, b: Material | str, *, mu: float | FrictionLaw | None = None, e: float | None = None,
-        rolling: float | None = None, spinning: float | None = None,
+        rolling: float | None = None, spinning: float | None = None, adhesion: float | None = None,
     ) -> None:  # fmt: skip
         """Give two materials coefficients of their own.
 
@@ -381,7 +381,7 @@ class Scene(Joining):
             Materials of bodies of this scene, or their names.
         mu : float or FrictionLaw, optional
         e : float, optional
-        rolling, spinning : float, optional
+        rolling, spinning, adhesion : float, optional
             As of `Material`. What is left out stays as it was, or goes by the rule of `Material`.
 
         Raises
@@ -390,15 +390,14 @@ class Scene(Joining):
             For a material without a name, a coefficient that breaks its rule, and none at all.
         """
         names = frozenset(self._material_name(material) for material in (a, b))
-        if mu is e is rolling is spinning is None:
-            raise InvalidInput(f"the pair {', '.join(sorted(names))} needs mu=, e=, rolling= or spinning=; got none")
-        if rolling is not None or spinning is not None:
-            before = self.resistances.get(names, (None, None))
-            lengths = [None if value is None else as_non_negative(what, value)
-                       for what, value in (("rolling", rolling), ("spinning", spinning))]  # fmt: skip
-            self.resistances[names] = (
-                before[0] if lengths[0] is None else lengths[0], before[1] if lengths[1] is None else lengths[1]
-            )  # fmt: skip
+        asked = {"rolling": rolling, "spinning": spinning, "adhesion": adhesion}
+        given = {what: as_non_negative(what, value) for what, value in asked.items() if value is not None}
+        if mu is e is None and not given:
+            raise InvalidInput(
+                f"the pair {', '.join(sorted(names))} needs mu=, e=, rolling=, spinning= or adhesion=; got none"
+            )
+        if given:
+            self.resistances[names] = self.resistances.get(names, {}) | given
         if mu is None and e is None:
             return
         own_mu, own_e = self.pairs.get(names, (None, None))

@@ -39,7 +39,7 @@ from nonsmooth.scenes.elements import Joint, Kind, Motor
 from nonsmooth.scenes.formulas import value_of
 from nonsmooth.scenes.joint_friction import GuideFriction, PinFriction
 from nonsmooth.scenes.joint_kinds import JOINT_KINDS
-from nonsmooth.scenes.materials import Material
+from nonsmooth.scenes.materials import RESISTANCES, Material
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import SPATIAL, Shape
 
@@ -302,8 +302,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     blocks += [f"[[forces]]\n{_lines(_force(force))}" for force in scene.forces]
     for names in dict.fromkeys((*scene.pairs, *scene.resistances)):
         (a, b), (mu, e) = (*names, *names)[:2], scene.pairs.get(names, (None, None))
-        rolling, spinning = scene.resistances.get(names, (None, None))
-        own = {"a": a, "b": b, "mu": mu, "e": e, "rolling": rolling, "spinning": spinning}
+        own = {"a": a, "b": b, "mu": mu, "e": e, **scene.resistances.get(names, {})}
         blocks.append(f"[[pairs]]\n{_lines(own)}")
     blocks += [f"[[ignored]]\n{_lines({'bodies': [a.name, b.name]})}" for a, b in scene.ignored]
     with whole_file(place) as part:
@@ -349,8 +348,8 @@ def _arguments(shape: Shape) -> list[Any]:
 
 
 def _material(material: Material) -> dict[str, Any]:
-    lengths = {"rolling": material.rolling or None, "spinning": material.spinning or None}
-    return {"name": material.name or None, "mu": material.mu, "e": material.e, "impact": material.impact, **lengths}
+    others = {what: getattr(material, what) or None for what in RESISTANCES}
+    return {"name": material.name or None, "mu": material.mu, "e": material.e, "impact": material.impact, **others}
 
 
 def _body(scene: Scene, body: Any) -> dict[str, Any]:

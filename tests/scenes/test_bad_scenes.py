@@ -25,8 +25,8 @@ SPATIAL = {
         "shape": ns.HalfSpace((0, 0, 1)), "position": (0, 0, 0), "turn": (1, 0, 0, 0), "velocity": (0, 0, 0),
         "spin": (0, 0, 1), "motion": None, "material": ns.Material(), "surface_velocity": (1, 0, 0), "name": "crate",
     },
-    "pair": {"a": "rubber", "b": "steel", "mu": 0.3, "e": 0.1, "rolling": 0.01, "spinning": 0.01},
-    "joint": {"a": "hook", "b": "rod", "at": (0, 0, 1), "name": "pin"},
+    "pair": {"a": "rubber", "b": "steel", "mu": 0.3, "e": 0.1, "rolling": 0.01, "spinning": 0.01, "adhesion": 1.0},
+    "joint": {"a": "hook", "b": "rod", "at": (0, 0, 1), "friction": ns.PinFriction(0.1, 0.01), "name": "pin"},
 }  # fmt: skip
 
 
@@ -94,10 +94,11 @@ def test_the_table_has_every_argument(method):
         ("pair", {"mu": 1e160}, r"mu must be at most 1e\+12; got 1e\+160"),
         (
             "pair",
-            {"mu": None, "e": None, "rolling": None, "spinning": None},
-            r"the pair rubber, steel needs mu=, e=, rolling= or spinning=; got none",
+            {"mu": None, "e": None, "rolling": None, "spinning": None, "adhesion": None},
+            r"the pair rubber, steel needs mu=, e=, rolling=, spinning= or adhesion=; got none",
         ),
         ("pair", {"rolling": -1.0}, r"rolling must not be negative; got -1"),
+        ("pair", {"adhesion": math.nan}, r"adhesion must be finite; got nan"),
         ("pair", {"spinning": float("inf")}, r"spinning"),
         ("pair", {"e": 2.0}, r"e must lie in \[0, 1\]; got 2"),
         ("joint", {"a": "hock"}, r"pin joins 'hock', which is no body of the scene; did you mean 'hook'"),

@@ -47,6 +47,7 @@ class Surfaces(Block):
     e: Array[Floats, "n_m", "n_m"]
     rolling: Array[Floats, "n_m", "n_m"]  # lengths of rolling and spinning friction (rolling.py) [m]
     spinning: Array[Floats, "n_m", "n_m"]
+    adhesion: Array[Floats, "n_m", "n_m"]  # pull-off force of a contact (adhesion.py) [N]
     impact: int  # the law of impact of all pairs of materials that rebound, an ``ImpactLaw``
     is_compliant: int  # then every contact has a spring and a damper in place of e
     stiffness: float  # [N/m]
@@ -62,6 +63,7 @@ class Contacts(Block):
     taken: Array[Floats, "m"]  # twice the energy that a landing took along the normal [J]
     impact: Array[Ints, "m"]  # whether it rebounds
     drift: Array[Floats, "m", "d"]  # of a joint: how far its points are apart [m]
+    pull: Array[Floats, "m"]  # by which a contact adheres in the step (adhesion.py) [N s]
     P: Array[Floats, "m", "d"]  # impulses of the step, those of its impacts with them [N s]
     n_before: int  # contacts of the step before that had impulses
     dt_before: float  # its length, or that of its last part [s]

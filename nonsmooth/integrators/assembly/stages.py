@@ -14,6 +14,7 @@ from __future__ import annotations
 from nonsmooth.contact.network.problem import Network, judge_network, prepare_network
 from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.contact.planar.ladder import SPEED_SWEEPS
+from nonsmooth.integrators.assembly.adhesion import book_pulls, pull_together
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts
@@ -148,7 +149,7 @@ def take_part(progress, d):
     if progress.stage == SOLVE:
         if progress.is_asked == 0:
             progress.is_asked = 1
-            if has_doubts(places, progress, d):
+            if progress.has_adhesion == 0 and has_doubts(places, progress, d):
                 progress.is_examined = 1
                 return DOUBTFUL
         end = solve(progress, places, network, d)
@@ -243,6 +244,8 @@ def find(progress, places, network, d):
     approach = view(places.solver, Solver).approach
     ask_of_wandering(places.bodies, places.found, places.contacts, places.network, dt, approach)
     hold_closed(places.bodies, places.found, places.network, places.solver, dt, progress.tight)
+    if progress.has_adhesion == 1:
+        pull_together(places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt)
     if progress.has_laws == 1:
         take_friction(places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network)
     return DONE
@@ -391,6 +394,8 @@ def end_step(progress, places, network, d):
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, progress.is_pushed)
     book_by_pairs(places, 0, progress.parts <= 1)
+    if progress.has_adhesion == 1:
+        book_pulls(places.bodies, places.contacts, places.network, places.pairs, places.ledger)
     if d == 3:
         of_bodies = view(bodies, Bodies)
         take_spins(of_bodies, of_bodies.motion.v)

@@ -14,6 +14,7 @@ from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_network
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.selection import Selection
+from nonsmooth.integrators.assembly.adhesion import book_pulls, pull_together
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts
@@ -184,6 +185,8 @@ class Assembly(InMotion):
         has_rolling = bool((surfaces.rolling > 0.0).any() or (surfaces.spinning > 0.0).any())
         rare += (write_rolling, limit_rolling) if has_rolling else ()
         rare += (rub_joints,) if (drives.law == RUBS).any() else ()
+        adheres = bool((surfaces.adhesion > 0.0).any())
+        rare += (pull_together, book_pulls) if adheres else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -191,7 +194,7 @@ class Assembly(InMotion):
         bounded = (shapes.reach + shapes.radius)[np.isfinite(shapes.reach)]
         self.largest = float(bounded.max(initial=0.0))
         progress = self.progress
-        progress.may_sleep = may_sleep
+        progress.may_sleep, progress.has_adhesion = may_sleep and not adheres, adheres
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
         progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
         progress.has_impact_law = has_restitution and surfaces.impact != ImpactLaw.NEWTON

@@ -85,6 +85,8 @@ class World:
             materials += [self._number_of(body)] * len(parts)
         self.shapes = shape_block(rows)
         self.surfaces = self._surfaces(materials)
+        if self.surfaces.adhesion.any():  # what adheres is held from the first step on
+            self.bodies.keeps[:] = self.bodies.motion.moves
         self.joints = self._joints()
         self.springs, self.drives = self._springs(), self._drives()
         self.guided = [body for body in scene.bodies if body.motion is not None]
@@ -117,14 +119,14 @@ class World:
         bodies = Counter(id(body.material) for body in self.scene.bodies)
         laws: list[FrictionLaw] = []
         pairs: list[tuple[Material, Material, float]] = []
-        mu, e, rolling, spinning = np.zeros((4, len(listed), len(listed)))
+        mu, e, rolling, spinning, adhesion = np.zeros((5, len(listed), len(listed)))
         for a, first in enumerate(listed):
             for b, second in enumerate(listed):
                 touch = id(first) in moving or id(second) in moving
                 friction, e[a, b] = coefficients_of(self.scene, first, second) if touch else (0.0, 0.0)
                 laws.append(as_law(friction))
                 if touch:
-                    rolling[a, b], spinning[a, b] = resistances_of(self.scene, first, second)
+                    rolling[a, b], spinning[a, b], adhesion[a, b] = resistances_of(self.scene, first, second)
                 if touch and (a < b or (a == b and bodies[id(first)] > 1)):
                     pairs.append((first, second, float(e[a, b])))
         has_laws = any(not isinstance(law, Coulomb) for law in laws)
@@ -133,7 +135,7 @@ class World:
         rows = self._law_rows(laws)
         mu.flat[:] = [interpreted(static_coefficient)(rows, k) for k in range(len(rows))]
         surfaces.mu[:], surfaces.laws[:] = mu, rows[: len(surfaces.laws)]
-        surfaces.rolling[:], surfaces.spinning[:] = rolling, spinning
+        surfaces.rolling[:], surfaces.spinning[:], surfaces.adhesion[:] = rolling, spinning, adhesion
         surfaces.impact = int(law_of_impacts(pairs))
         return surfaces
 

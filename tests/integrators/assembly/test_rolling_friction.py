@@ -250,5 +250,5 @@ def test_methods_without_rolling_friction_say_so():
         ns.Material(rolling=-0.1)
     with pytest.raises(ns.InvalidInput, match="spinning"):
         ns.Material(spinning=math.nan)
-    with pytest.raises(ns.InvalidInput, match="needs mu=, e=, rolling= or spinning=; got none"):
+    with pytest.raises(ns.InvalidInput, match="needs mu=, e=, rolling=, spinning= or adhesion=; got none"):
         scene.pair(ns.Material(name="a"), ns.Material(name="b"))
