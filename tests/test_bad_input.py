@@ -474,6 +474,7 @@ ROWS = [
     ("plot_stability_map", {"units": ("m", 1)}, r"units must be two texts, one for each parameter; got \['m', 1\]"),
     ("plot_graphical_problem", {"cases": []}, r"cases must be a Classification or pairs \(title, Classification\)"),
     ("plot_graphical_problem", {"contact": 2}, r"contact must be a whole number from 0 to 0; got 2"),
+    ("critical_friction", {"q": None}, r"critical friction is that of a configuration; give q"),
     ("critical_friction", {"contact": -1}, r"contact must be a whole number from 0 to 0; got -1"),
     ("least_critical_friction", {"coordinate": "thh"}, r"no coordinate 'thh'; did you mean 'th'"),
     ("least_critical_friction", {"coordinate": 3}, r"coordinate must be a whole number from 0 to 2; got 3"),

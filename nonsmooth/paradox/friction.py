@@ -17,6 +17,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.start import start_of
 from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System
 from nonsmooth.scenes.given import as_model
 
@@ -31,15 +32,16 @@ class LeastFriction(NamedTuple):
     at: float  # the coordinate's value there
 
 
-def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float = 0.0) -> float:
+def critical_friction(system: Any, q: Any = None, contact: int | str = 0, *, t: float = 0.0) -> float:
     """G_NN/|G_NF| of a contact: above it p < 0 for some direction of sliding.
 
     Parameters
     ----------
     system : System, model, or Scene
-    q : array-like (n_q,)
-        Configuration; only its inertia counts, whether or not the contact is closed.
-    contact : int
+    q : array-like (n_q,), optional
+        Configuration, of a scene its start when left out; only its inertia counts, whether or not the contact is
+        closed.
+    contact : int or str
     t : float
         Time [s].
 
@@ -62,6 +64,7 @@ def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float =
     >>> round(ns.critical_friction(rod, rod.state(th=math.pi / 3)[0]), 6)
     1.347151
     """
+    q = configuration(system, q)
     system = as_system(as_model(system))
     i = checked_contact(system, contact)
     return _critical_friction(system, as_number("t", t, "s"), as_vector("q", q, system.n_q), i)
@@ -97,6 +100,7 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     """
     from scipy.optimize import minimize_scalar
 
+    q = configuration(system, q)
     system = as_system(as_model(system))
     i, j = checked_contact(system, contact), system.described.coordinate(coordinate)
     q, t = as_vector("q", q, system.n_q), as_number("t", t, "s")
@@ -115,6 +119,16 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     bracket = values[max(best - 1, 0)], values[min(best + 1, SCANNED)]
     found = minimize_scalar(slope, bounds=bracket, method="bounded", options={"xatol": 1e-12 * (high - low)})
     return LeastFriction(math.inf if found.fun == 0 else -1.0 / float(found.fun), float(found.x))
+
+
+def configuration(system: Any, q: Any) -> Any:
+    """q as it was given, or the start of a scene."""
+    if q is not None:
+        return q
+    model = as_model(system)
+    if model is system:
+        raise InvalidInput("critical friction is that of a configuration; give q")
+    return start_of(model, {})[0]
 
 
 def _critical_friction(system: System, t: float, q: np.ndarray, i: int) -> float:

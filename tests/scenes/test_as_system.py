@@ -348,7 +348,7 @@ def test_maps_linearisations_cycles_and_sweeps_take_a_scene_as_its_system():
     system = scene.system()
     chart = ns.paradox_map(scene, progress=False, mu_ground_rod=[0.5, 2.0])
     assert chart.n_solutions.values.tolist() == [1, 0]
-    assert ns.critical_friction(scene, scene.state()[0]) == ns.critical_friction(system, scene.state()[0])
+    assert ns.critical_friction(scene) == ns.critical_friction(system, scene.state()[0])
     task = ns.RunTask(scene, t_span=(0, 0.01), integrator=ns.MoreauJean(1e-3))
     found = ns.sweep(task, {"mu_ground_rod": [0.0, 0.2]}, progress=False)
     slip = found.u.values[:, 0]
