@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import nonsmooth as ns
+from models.spatial_painleve_rod import SpatialRodImpact
 from nonsmooth.catalogue import SpatialPainleveRod
 
 ROD = SpatialPainleveRod(mu=2.0)
@@ -100,10 +101,43 @@ def impacts(folder: Path) -> None:
     figure.savefig(folder / "space_impacts.png", dpi=150)
 
 
+def compliant_limit(folder: Path) -> None:
+    """How springs stop a slide without a rigid solution, and how far from the energetic impact they end."""
+    figure, (plane, errors) = plt.subplots(1, 2, figsize=(9.0, 4.2), layout="constrained")
+    for phi in np.radians([-45, -30, -15, 0, 15, 30, 45]):
+        _, sol, last = sprung(1e4, phi)
+        plane.plot(*sol.gamma_F[: last + 1, 0].T, lw=2.4, alpha=0.5)
+        plane.plot(*energetic(phi).path[:, 2:].T, "k--", lw=0.8)
+    plane.set(xlabel="γ_F along x [m/s]", ylabel="γ_F along y [m/s]", title="the slide stops: k = 10⁴ N/m, and limit")
+    stiffness = np.logspace(3, 12, 10)
+    wrong = [sprung(float(k), 0.4)[0] for k in stiffness]
+    errors.loglog(stiffness, wrong, "o-", ms=4, label="max |u - u of the limit|")
+    scale = wrong[-1] / (math.log(stiffness[-1]) / math.sqrt(stiffness[-1]))
+    errors.loglog(stiffness, scale * np.log(stiffness) / np.sqrt(stiffness), "k:", lw=1.0, label="ln k/√k")
+    errors.set(xlabel="k [N/m]", ylabel="error [m/s, rad/s]", title="after the impact, φ = 23°")
+    errors.legend(fontsize=9)
+    figure.savefig(folder / "space_compliant_limit.png", dpi=150)
+
+
+def energetic(phi: float) -> SpatialRodImpact:
+    """The impact of the rod at th = 1 that gives back the work it took."""
+    return ROD.impact_without_collision(1.0, phi, slip=1.0, e=1.0, law="energetic")
+
+
+def sprung(k: float, phi: float) -> tuple[float, ns.Solution, int]:
+    """The error of the velocities after that impact by springs, its run, and the record at which the tip leaves."""
+    start = ROD.state(1.0, phi, slip=1.0)
+    sol = ns.simulate(ROD, (0, 30 / math.sqrt(k)), *start, integrator=ns.Penalty(k, rtol=1e-10, atol=1e-12))
+    end = next(event.t for event in sol.events if event.mode_after == ns.ContactMode.OPEN)
+    last = int(np.searchsorted(sol.t, end))
+    return float(np.abs(sol.u[last] - energetic(phi).u).max()), sol, last
+
+
 def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     folder.mkdir(parents=True, exist_ok=True)
-    for figure in (elevation_and_azimuth, elevation_and_spin, azimuth_and_spin, genot_brogliato_surface, impacts):
+    maps = elevation_and_azimuth, elevation_and_spin, azimuth_and_spin, genot_brogliato_surface
+    for figure in (*maps, impacts, compliant_limit):
         figure(folder)
 
 

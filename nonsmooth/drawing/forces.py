@@ -77,7 +77,10 @@ def loads_of(solution: Solution) -> Loads:
     if solution.la is not None:  # the integrator knows forces; impulses stand between two records of one instant
         la = solution.la[1:]
         is_impulse = np.broadcast_to((span == 0)[:, None], normal.shape)
-        normal, friction = np.where(is_impulse, normal, la[:, :, 0]), np.where(is_impulse, friction, la[:, :, 1])
+        normal, friction = (
+            np.where(is_impulse, normal, la[:, :, 0]),
+            np.where(is_impulse, friction, along_surface(la[:, :, 1:])),
+        )
         return Loads(solution.t, is_impulse, normal, friction, contacts, names)
     is_shock = ((span == 0) | shock_within(solution))[:, None]
     is_impulse = is_shock | is_lonely(((normal != 0) | (friction != 0)) & ~is_shock)

@@ -86,7 +86,7 @@ class Integrator:
     locates_events: ClassVar[bool] = False
     is_rigid: ClassVar[bool] = True  # contacts have modes at the start, and an inadmissible one is told
     has_forces: ClassVar[bool] = False  # rather than impulses
-    is_spatial: ClassVar[bool] = False  # whether it takes q' = B u and friction in two directions
+    is_spatial: ClassVar[bool] = False  # whether it takes friction in two directions
     pieces: ClassVar[int] = 1  # polynomials a step, at most
     degree: ClassVar[int] = 0  # and their degree
     events_at_once: ClassVar[int] = EVENTS_AT_ONCE

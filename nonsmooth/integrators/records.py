@@ -127,7 +127,7 @@ class State(Block, n_q=0):
     several: Array[Ints, "n_c"]  # whether the last step's problem had several solutions
     P: Array[Floats, "n_c", "1 + d"]  # impulses of the last step
     P_sum: Array[Floats, "n_c", "1 + d"]  # impulses since the last record
-    la: Array[Floats, "n_c", 2]  # forces, of an integrator that has them
+    la: Array[Floats, "n_c", "1 + d"]  # forces, of an integrator that has them
     ledger: Array[Floats, N_LEDGER]
     worst: Worst
     together: Together
@@ -189,7 +189,7 @@ class Record(
     mode: Array[Ints, "m_mode", "n_c"]
     slip: Array[Ints, "m_slip", "n_c"]
     ledger: Array[Floats, "m_ledger", N_LEDGER]
-    la: Array[Floats, "forces", "n_c", 2]
+    la: Array[Floats, "forces", "n_c", "1 + d"]
 
 
 @functools.lru_cache(maxsize=64)
@@ -383,7 +383,8 @@ def write_row(t, state, record):
             record.ledger[m, i] = state.ledger[i]
     if record.la.shape[0] > 0:
         for i in range(n_c):
-            record.la[m, i, 0], record.la[m, i, 1] = state.la[i, 0], state.la[i, 1]
+            for k in range(state.la.shape[1]):
+                record.la[m, i, k] = state.la[i, k]
     record.counts.rows = m + 1
 
 

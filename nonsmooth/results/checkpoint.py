@@ -76,7 +76,7 @@ class Layout(NamedTuple):
 
 def layout_of(shape: Shape) -> Layout:
     """That of a run of a `System`."""
-    sizes = {"n_q": shape.n_q, "n_u": shape.n_u, "n_c": shape.n_c, "d": shape.d}
+    sizes = {"n_q": shape.n_q, "n_u": shape.n_u, "n_c": shape.n_c, "d": shape.d, "1 + d": 1 + shape.d}
     columns = tuple(column for column in columns_along(SYSTEM, "n_t", shape.recorded)
                     if shape.has_forces or column.name != "la")  # fmt: skip
     works = [("ledger", "<f8", (N_LEDGER,))] if LEDGER in shape.recorded else []

@@ -113,7 +113,7 @@ def system_dataset(solution: Solution) -> xarray.Dataset:
     data |= ledger_of(solution) if LEDGER in solution.recorded else {}
     if la is not None:
         data["la_N"] = column("t contact", la[:, :, 0], "N", "normal forces")
-        data["la_F"] = column("t contact", la[:, :, 1], "N", "friction forces")
+        data["la_F"] = column("t contact direction", la[:, :, 1:], "N", "friction forces")
     for name in {"q", "u"} & data.keys():
         data[name][2]["units"] = unit_of_all(solution, name)
     if EVENTS in solution.recorded:

@@ -70,7 +70,7 @@ class Solution:
         "kinetic", and the work since the start by "force", "friction", "normal", "surface", "projection";
         "potential" where the system has one. Where M depends on q or t: "mass", the rest of the kinetic energy, which
         is the work (u, dM/dt u)/2 of the changing mass (the gyroscopic part of h takes as much) and the errors of all.
-    la : (n_t, n_c, 2) normal and friction forces [N], or None where the integrator works with impulses
+    la : (n_t, n_c, 1 + d) normal and friction forces [N], or None where the integrator works with impulses
     stats : Stats
     status : Status, message : str, success : bool
     t_events, q_events, u_events : list of (k,), (k, n_q), (k, n_u)

@@ -62,7 +62,7 @@ SYSTEM: Table = (
     Column("P_F", REAL, ("n_t", "n_c", "d"), "N s", "friction impulses since the record before", IMPULSES),
     Column("mode", WHOLE, ("n_t", "n_c"), "1", "mode of the last step", MODES),
     Column("slip", WHOLE, ("n_t", "n_c"), "1", "sign of sliding", MODES),
-    Column("la", REAL, ("n_t", "n_c", 2), "N", "normal and friction forces", IMPULSES),
+    Column("la", REAL, ("n_t", "n_c", "1 + d"), "N", "normal and friction forces", IMPULSES),
     Column("ledger/*", REAL, ("n_t",), "J", "energies, and works since the start", LEDGER),
     Column("event_rows", REAL, ("n_events", EVENT_WIDTH), "", "events, a row each", EVENTS),
     Column("t_events/*", REAL, ("found *",), "s", "when function * of the user reached zero", FOUND),

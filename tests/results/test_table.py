@@ -27,7 +27,7 @@ from nonsmooth.results.table import (
 DOCS = Path(__file__).parents[2] / "docs"
 HEAD = "| array | of | dtype | shape | unit | meaning |\n|---|---|---|---|---|---|\n"
 PAGES = {"Columns of a solution": SYSTEM, "Columns of a run of a scene": SCENE[3]}
-SIZES = {"n_t": 4, "n_q": 3, "n_u": 3, "n_c": 2, "d": 1}
+SIZES = {"n_t": 4, "n_q": 3, "n_u": 3, "n_c": 2, "d": 1, "1 + d": 2}
 
 
 def page_of(table):

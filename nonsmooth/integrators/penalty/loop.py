@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.penalty.rates import OMEGA, Contacts
-from nonsmooth.integrators.penalty.switching import begin_contacts, change_mode, rounded_speed
+from nonsmooth.integrators.penalty.rates import OMEGA, Contacts, length_along
+from nonsmooth.integrators.penalty.switching import begin_contacts, change_mode, follow_slide, note_speed, rounded_speed
 from nonsmooth.integrators.radau.events import NO_EVENT, Events
 from nonsmooth.integrators.radau.header import take_contacts, take_motion
 from nonsmooth.integrators.radau.located import (
@@ -30,13 +30,16 @@ from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
 
 
-class Scratch(Located, x=f"2 * (n + n_c) + 2 * n_c + {N_WORKS}", works=N_WORKS, functions=f"{N_FUNCTIONS} * n_c"):
+class Scratch(
+    Located, impulses="(1 + max(1, d)) * n_c", x=f"2 * (n + n_c) + impulses + {N_WORKS}", works=N_WORKS,
+    functions=f"{N_FUNCTIONS} * n_c",
+):  # fmt: skip
     """Arrays of a run with compliant contacts."""
 
-    ode: Array[Radau, "m = n", "n = 2 * (n + n_c)", "quadratures = 2 * n_c + works"]
+    ode: Array[Radau, "m = n", "n = 2 * (n + n_c)", "quadratures = impulses + works"]
     events: Array[Events, "n_events = functions", "n_x = x"]
     contacts: Contacts
-    impulses: Array[Floats, "n_c", 2]  # at the last change of mode
+    before: Array[Floats, "n_c", "1 + max(1, d)"]  # impulses at the last change of mode
 
 
 @kernel(ACCEPT_STEP, short_loops=True)
@@ -45,18 +48,21 @@ def accept_step(sys_at, t, state_at, scratch_at):
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     status = radau_accept(sys_at, scratch.ode)
     if status == Status.RUNNING:
-        note_step(t, state, scratch)
+        note_step(view(sys_at, Sys), t, state, scratch)
     return status
 
 
 @kernel
-def note_step(t, state, scratch):
-    """Count a step to the time t, keep the state and the deepest indentation."""
+def note_step(sys, t, state, scratch):
+    """Count a step to the time t, keep the state, the deepest indentation and the courses of slides in space."""
     x, n = scratch.ode.x, state.q.shape[0]
     take_motion(t, x, state)
+    note_speed(sys, scratch.contacts)
     for i in range(state.mode.shape[0]):
         depth = -x[2 * n + i] / scratch.contacts.constants[i, OMEGA]
         state.worst.penetration = max(state.worst.penetration, depth)
+        if sys.kinds[i, 1] == 2 and scratch.contacts.mode[i] == ContactMode.SLIDE:
+            follow_slide(2, i, scratch.contacts)
     state.counters.steps += 1
 
 
@@ -92,6 +98,7 @@ def begin_run(sys, state, record, scratch):
     """The modes and the row of the start; returns a Status."""
     ode, found = scratch.ode, scratch.events.found
     found.check_start, found.handled = 1, NO_EVENT
+    note_speed(sys, scratch.contacts)
     status = begin_contacts(address(sys), ode.clock.now, ode.x, address(scratch.contacts), ode.f)
     if status == Status.RUNNING:
         status = write_state(sys, ode.clock.now, ode.x, False, state, record, scratch)
@@ -102,17 +109,25 @@ def begin_run(sys, state, record, scratch):
 @kernel
 def note_event(sys, t, i, state, scratch):
     """Append the change of mode of contact i, with its impulses since the change before; none at the start."""
-    contacts, x, before = scratch.contacts, scratch.ode.x, scratch.impulses
-    n, n_c = sys.n, sys.n_c
-    P_N, P_F = x[2 * (n + n_c) + i], x[2 * n + 3 * n_c + i]
+    contacts, x, before = scratch.contacts, scratch.ode.x, scratch.before
+    first, n_c = 2 * (sys.n + sys.n_c) + i, sys.n_c
+    for part in range(before.shape[1]):
+        before[i, part] = x[first + part * n_c] - before[i, part]
     if state.counters.steps > 0:
         event = state.event
-        event.P_N, event.P_F, event.solutions = P_N - before[i, 0], P_F - before[i, 1], 1
-        event.gamma_N, event.gamma_F = contacts.gamma[i, 0], contacts.gamma[i, 1]
+        event.P_N, event.P_F, event.solutions = before[i, 0], along(sys, before, i), 1
+        event.gamma_N, event.gamma_F = contacts.gamma[i, 0], along(sys, contacts.gamma, i)
         is_impact = state.mode[i] == ContactMode.OPEN and contacts.gamma[i, 0] < -rounded_speed(sys, contacts)
         kind = IMPACT if is_impact else MODE_CHANGE
         append_event(t, kind, i, state.mode[i], state.slip[i], contacts.mode[i], contacts.slip[i], state)
-    before[i, 0], before[i, 1] = P_N, P_F
+    for part in range(before.shape[1]):
+        before[i, part] = x[first + part * n_c]
+
+
+@kernel
+def along(sys, pairs, i):
+    """What contact i has along the surface: with its sign in the plane, its size in space."""
+    return length_along(pairs, i) if sys.kinds[i, 1] == 2 else pairs[i, 1]
 
 
 @kernel(FILL_HEADER, short_loops=True)

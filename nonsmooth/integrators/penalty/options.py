@@ -112,6 +112,7 @@ class Penalty(LocatesEvents):
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
     is_rigid = False
+    is_spatial = True
     is_prepared = True
     callbacks = (contact_rates, contact_events, change_modes, accept_step, fill_header)
 
@@ -123,6 +124,12 @@ class Penalty(LocatesEvents):
         """The arrays of a run, with the laws and tolerances."""
         if isinstance(self.friction, TangentialSpring):
             raise InvalidInput("a System sticks without a spring; leave out friction=TangentialSpring(...)")
+        if system.kinematics is not None:
+            raise InvalidInput(
+                "Penalty takes velocities that are the rates of the coordinates, and the system has kinematics "
+                "(q' = B u); give it such coordinates, or take an ns.Scene, whose bodies turn; MoreauJean(dt=...) "
+                "simulates it as it is"
+            )
         arrays = new(Scratch, **system.sizes)
         facts, numbers = arrays.contacts.facts, arrays.contacts.numbers
         is_regularised = isinstance(self.friction, Regularised)

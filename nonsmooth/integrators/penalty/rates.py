@@ -12,9 +12,11 @@ leaves between v and W_N u is forgotten at the rate alpha. The normal force is a
     sticking                 la_F from gamma_F' = W_F u' + W_F' u + w_F' = 0, with the normal forces given
     regularised              la_F = -mu(|gamma_F|) |la_N| tanh(gamma_F / v_s)
 
-where redundant sticking contacts share their load with the least squares. The rates are smooth in each mode; the
-events that end a mode are those of penalty/switching.py. Trailing components are the impulses and the energy ledger:
-x = (q, u, z, v, P_N, P_F, works).
+where redundant sticking contacts share their load with the least squares. In space gamma_F, la_F and W_F have two
+directions, and s is the direction gamma_F/|gamma_F|, which has no limit where sliding stops: behind that place the one
+in which it came goes on (``find_direction``), so that the rates are smooth in each mode, as the sign of the plane is.
+The events that end a mode are those of penalty/switching.py. Trailing components are the impulses and the energy
+ledger: x = (q, u, z, v, P_N, P_F, works).
 Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md, (1) and (2).
 """
 
@@ -56,30 +58,34 @@ class CompliantNumbers(Block):
     """Numbers of a run."""
 
     v_s: float  # [m/s]
+    v_stop: float  # [m/s] of sliding in space that counts as none
     rtol: float
     zeta: float  # damping ratio; -1 where c is given
     atol: float
 
 
-class Contacts(Block, r="max(1, n_c * (1 + d))"):
-    """The contacts of a run. n = n_u, c = n_c."""
+class Contacts(Block, r="max(1, n_c * (1 + d))", w="max(1, d)"):
+    """The contacts of a run. n = n_u, c = n_c, w = columns of friction."""
 
     work: Work
     facts: CompliantFacts
     numbers: CompliantNumbers
     constants: Array[Floats, "n_c", 3]  # k, c, omega
     mode: Array[Ints, "n_c"]  # ContactMode
-    slip: Array[Ints, "n_c"]  # sign of sliding
+    slip: Array[Ints, "n_c"]  # sign of sliding; 1 in space
+    course: Array[Floats, "n_c", 2]  # in space: the direction of sliding at the last step
+    way: Array[Floats, "n_c", "w"]  # s: the direction of sliding, in the plane its sign
     sign: Array[Ints, "n_c"]  # sign of la_N
     q: Array[Floats, "n"]
     u: Array[Floats, "n"]
-    la: Array[Floats, "n_c", 2]  # forces
-    gamma: Array[Floats, "n_c", 2]  # contact velocities, the normal one v
-    stuck: Array[Ints, "n_c"]  # sticking contacts
-    A: Array[Floats, "n_c", "n_c"]  # W_F M^-1 W_F^T of these
-    factor: Array[Floats, "n_c", "n_c"]
-    rhs: Array[Floats, "n_c"]
-    residual: Array[Floats, "n_c"]
+    la: Array[Floats, "n_c", "1 + w"]  # forces
+    gamma: Array[Floats, "n_c", "1 + w"]  # contact velocities, the normal one v
+    n_stuck: int
+    stuck: Array[Ints, "n_c * w"]  # rows of friction of the sticking contacts
+    A: Array[Floats, "n_c * w", "n_c * w"]  # W_F M^-1 W_F^T of these
+    factor: Array[Floats, "n_c * w", "n_c * w"]
+    rhs: Array[Floats, "n_c * w"]
+    residual: Array[Floats, "n_c * w"]
     rates: Array[Floats, 4, "r"]  # W' u + w'
 
 
@@ -105,15 +111,15 @@ def contact_rates(sys_at, contacts_at, t, x, out):
     for i in range(n_c):
         out[2 * n + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
         out[2 * n + n_c + i] = normal_acceleration(sys, i, contacts)
-        out[P_N + i] = la[i, 0]
-        out[P_N + n_c + i] = la[i, 1]
-        friction += la[i, 1] * gamma[i, 1]
+        for part in range(la.shape[1]):
+            out[P_N + part * n_c + i] = la[i, part]
         if sys.kinds[i, 0] != GIVEN_FORCE:
             normal += la[i, 0] * gamma[i, 0]
             surface -= la[i, 0] * work.w_N[i]
-        if sys.kinds[i, 1] > 0:
-            surface -= la[i, 1] * work.w_F[i, 0]
-    end = P_N + 2 * n_c
+        for axis in range(sys.kinds[i, 1]):
+            friction += la[i, 1 + axis] * gamma[i, 1 + axis]
+            surface -= la[i, 1 + axis] * work.w_F[i, axis]
+    end = P_N + la.shape[1] * n_c
     out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
     return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
 
@@ -136,11 +142,7 @@ def find_forces(sys, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
     work, facts = contacts.work, contacts.facts
     n, n_c = sys.n, sys.n_c
-    n_stuck = 0
     for i in range(n_c):
-        if contacts.mode[i] == ContactMode.STICK:
-            contacts.stuck[n_stuck] = i
-            n_stuck += 1
         work.closed[i] = i
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
@@ -163,9 +165,21 @@ def find_forces(sys, t, x, contacts):
     if not given_forces(sys, x, contacts):
         return Status.NEGATIVE_FRICTION
     accelerate(sys, contacts)
-    if n_stuck > 0:
-        hold_sticking(n, n_stuck, contacts)
+    list_stuck(sys, contacts)
+    if contacts.n_stuck > 0:
+        hold_sticking(sys, contacts)
     return Status.RUNNING
+
+
+@kernel
+def list_stuck(sys, contacts):
+    """The rows of friction of the contacts that stick."""
+    contacts.n_stuck = 0
+    for i in range(sys.n_c):
+        if contacts.mode[i] == ContactMode.STICK:
+            for b in range(contacts.work.start[i + 1] - sys.kinds[i, 1], contacts.work.start[i + 1]):
+                contacts.stuck[contacts.n_stuck] = b
+                contacts.n_stuck += 1
 
 
 @kernel
@@ -176,7 +190,8 @@ def given_forces(sys, x, contacts):
     for i in range(sys.n_c):
         kind, d = sys.kinds[i, 0], sys.kinds[i, 1]
         mode = contacts.mode[i]
-        la[i, 0], la[i, 1], gamma[i, 0], gamma[i, 1] = 0.0, 0.0, 0.0, 0.0
+        for part in range(la.shape[1]):
+            la[i, part], gamma[i, part] = 0.0, 0.0
         if kind == GIVEN_FORCE:
             la[i, 0] = max(0.0, work.N[i])
         else:
@@ -187,20 +202,60 @@ def given_forces(sys, x, contacts):
                 la[i, 0] = normal_force(a_law, k, c, -x[2 * n + i] / omega, -gamma[i, 0])
         if d == 0:
             continue
-        v = work.gamma_0[work.start[i + 1] - 1]
-        gamma[i, 1] = v
+        for axis in range(d):
+            gamma[i, 1 + axis] = work.gamma_0[work.start[i + 1] - d + axis]
         if mode != ContactMode.SLIDE:
             continue
         limit = la[i, 0] * contacts.sign[i]
         if contacts.facts.is_regularised != 0:
-            mu = friction_coefficient(sys.laws, i, abs(v))
-            la[i, 1] = -mu * limit * math.tanh(v / contacts.numbers.v_s)
+            mu = regularised_friction(sys, i, limit, contacts)
         else:
-            mu = friction_coefficient(sys.laws, i, max(0.0, contacts.slip[i] * v))
-            la[i, 1] = -contacts.slip[i] * mu * limit
+            mu = friction_coefficient(sys.laws, i, max(0.0, find_direction(d, i, contacts)))
+            for axis in range(d):
+                la[i, 1 + axis] = -contacts.way[i, axis] * mu * limit
         if is_no_friction(mu):
             return False
     return True
+
+
+@kernel
+def find_direction(d, i, contacts):
+    """Write the direction s in which contact i slides, to ``way``; returns its speed.
+
+    In space, with the course c of the step and a = c.gamma_F: gamma_F/|gamma_F| where a >= v_stop; below, gamma_F with
+    the part a replaced by v_stop, and the speed falls through zero with a.
+    """
+    gamma, way, course = contacts.gamma, contacts.way, contacts.course
+    if d == 1:
+        way[i, 0] = contacts.slip[i]
+        return contacts.slip[i] * gamma[i, 1]
+    along = course[i, 0] * gamma[i, 1] + course[i, 1] * gamma[i, 2]
+    lift = max(0.0, contacts.numbers.v_stop - along)
+    x, y = gamma[i, 1] + lift * course[i, 0], gamma[i, 2] + lift * course[i, 1]
+    size = math.sqrt(x * x + y * y)
+    way[i, 0], way[i, 1] = x / size, y / size
+    return size - lift
+
+
+@kernel
+def regularised_friction(sys, i, limit, contacts):
+    """Write la_F = -mu(|gamma_F|) limit tanh(|gamma_F|/v_s) gamma_F/|gamma_F| of contact i; returns mu."""
+    gamma, v_s = contacts.gamma, contacts.numbers.v_s
+    speed = length_along(contacts.gamma, i)
+    mu = friction_coefficient(sys.laws, i, speed)
+    part = math.tanh(speed / v_s) / speed if speed > 0.0 else 1.0 / v_s
+    for axis in range(sys.kinds[i, 1]):
+        contacts.la[i, 1 + axis] = -mu * limit * part * gamma[i, 1 + axis]
+    return mu
+
+
+@kernel
+def length_along(pairs, i):
+    """The length of what row i has along the surface, behind its normal part."""
+    total = 0.0
+    for part in range(1, pairs.shape[1]):
+        total += pairs[i, part] * pairs[i, part]
+    return math.sqrt(total)
 
 
 @kernel
@@ -215,51 +270,57 @@ def accelerate(sys, contacts):
         if sys.kinds[i, 0] != GIVEN_FORCE and la[i, 0] != 0.0:
             for j in range(n):
                 rhs[j] += W_N[i, j] * la[i, 0]
-        if la[i, 1] != 0.0:
-            b = work.start[i + 1] - 1
-            for j in range(n):
-                rhs[j] += W[b, j] * la[i, 1]
+        d = sys.kinds[i, 1]
+        for axis in range(d):
+            if la[i, 1 + axis] != 0.0:
+                b = work.start[i + 1] - d + axis
+                for j in range(n):
+                    rhs[j] += W[b, j] * la[i, 1 + axis]
     cholesky_solve(n, work.band, work.factor, rhs)
     for j in range(n):
         work.du[j] += rhs[j]
 
 
 @kernel
-def hold_sticking(n, n_stuck, contacts):
+def hold_sticking(sys, contacts):
     """The friction of the sticking contacts, A la_F = -(W_F u' + W_F' u + w_F'), added to la and to work.du."""
+    n, n_stuck = sys.n, contacts.n_stuck
     work, stuck, rhs = contacts.work, contacts.stuck, contacts.rhs
-    sticking_matrix(n, n_stuck, contacts)
+    sticking_matrix(n, contacts)
     for a in range(n_stuck):
-        b = work.start[stuck[a] + 1] - 1
+        b = stuck[a]
         total = contacts.rates[0, b]
         for j in range(n):
             total += work.W[b, j] * work.du[j]
         rhs[a] = -total
     share_friction(n_stuck, contacts)
+    a = 0
+    for i in range(sys.n_c):
+        if contacts.mode[i] == ContactMode.STICK:
+            for axis in range(sys.kinds[i, 1]):
+                contacts.la[i, 1 + axis] = rhs[a]
+                a += 1
     for a in range(n_stuck):
-        i = stuck[a]
-        contacts.la[i, 1] = rhs[a]
-        b = work.start[i + 1] - 1
         for j in range(n):
-            work.du[j] += work.X[b, j] * rhs[a]
+            work.du[j] += work.X[stuck[a], j] * rhs[a]
 
 
 @kernel
-def sticking_matrix(n, n_stuck, contacts):
+def sticking_matrix(n, contacts):
     """A = W_F M^-1 W_F^T of the sticking contacts."""
+    n_stuck = contacts.n_stuck
     work, stuck, A, trial = contacts.work, contacts.stuck, contacts.A, contacts.work.trial
     for a in range(n_stuck):
-        row = work.start[stuck[a] + 1] - 1
+        row = stuck[a]
         for j in range(n):
             trial[j] = work.W[row, j]
         cholesky_solve(n, work.band, work.factor, trial)
         for j in range(n):
             work.X[row, j] = trial[j]
         for b in range(n_stuck):
-            other = work.start[stuck[b] + 1] - 1
             total = 0.0
             for j in range(n):
-                total += work.W[other, j] * trial[j]
+                total += work.W[stuck[b], j] * trial[j]
             A[b, a] = total
 
 

@@ -2,7 +2,9 @@
 
 A contact has three functions that are positive while its mode lasts: its closure (lift-off, landing), its friction
 (the end of sliding: gamma_F = 0; of sticking: |la_F| = mu |la_N|) and the sign of its force (bilateral contacts).
-Where a slip ends the contact sticks if the force that holds it is within the limit, otherwise it slides on, or back.
+Where a slip ends the contact sticks if the force that holds it is within the limit, otherwise it slides on, or back. In
+space the direction of a slide is followed from step to step: a slide that has turned by 60 degrees within one, at a
+speed, takes its new course.
 Source: Leine, Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), chapter 6.
 """
 
@@ -19,6 +21,8 @@ from nonsmooth.integrators.penalty.rates import (
     K,
     contact_rates,
     find_forces,
+    length_along,
+    list_stuck,
     share_friction,
     sticking_matrix,
 )
@@ -27,11 +31,17 @@ from nonsmooth.integrators.radau.stages import RATES
 from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
-from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import cholesky_solve
 from nonsmooth.numerics.rounding import rounded_sum
+
+# chosen: of the largest velocity. The Jacobian is one of differences over FORWARD_INCREMENT, 1.5e-8 of it, which a
+# direction that turns over less would make noise of. Below it a slide is braked as it came; what that is wrong by is
+# the part by which it would turn yet, of this speed
+LEAST_SLIDE = 1e-7
+SLIDE_BISECTIONS = 60  # chosen: of an interval: to the rounding
 
 # event functions of a contact
 
@@ -66,13 +76,24 @@ def contact_events(sys_at, contacts_at, t, x, out):
             if kind == UNILATERAL and contacts.facts.law != NormalLaw.KELVIN_VOIGT:
                 out[e + SIGN] = 1.0
         if mode == ContactMode.SLIDE and contacts.facts.is_regularised == 0:
-            out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
+            out[e + FRICTION] = speed_along(sys.kinds[i, 1], i, contacts)
             out[E + e + FRICTION] = speed
         elif mode == ContactMode.STICK:
             mu = static_coefficient(sys.laws, i)
-            out[e + FRICTION] = mu * contacts.sign[i] * contacts.la[i, 0] - abs(contacts.la[i, 1])
-            out[E + e + FRICTION] = (1.0 + mu) * force + contacts.numbers.rtol * abs(contacts.la[i, 1])
+            held = length_along(contacts.la, i)
+            out[e + FRICTION] = mu * contacts.sign[i] * contacts.la[i, 0] - held
+            out[E + e + FRICTION] = (1.0 + mu) * force + contacts.numbers.rtol * held
     return Status.RUNNING.value
+
+
+@kernel
+def speed_along(d, i, contacts):
+    """Positive while contact i slides on: its speed in the sense of its slip; in space, with its course c,
+    2 c.gamma_F - |gamma_F|."""
+    gamma, course = contacts.gamma, contacts.course
+    if d == 1:
+        return contacts.slip[i] * gamma[i, 1]
+    return 2.0 * (course[i, 0] * gamma[i, 1] + course[i, 1] * gamma[i, 2]) - length_along(gamma, i)
 
 
 @kernel
@@ -109,10 +130,16 @@ def fastest_velocity(sys, contacts):
     for j in range(n):
         fastest = max(fastest, abs(contacts.u[j]))
     for i in range(sys.n_c):
-        fastest = max(fastest, abs(contacts.gamma[i, 1]))
-        if sys.kinds[i, 1] > 0:
-            fastest = max(fastest, abs(contacts.work.w_F[i, 0]))
+        for axis in range(sys.kinds[i, 1]):
+            fastest = max(fastest, abs(contacts.gamma[i, 1 + axis]), abs(contacts.work.w_F[i, axis]))
     return fastest
+
+
+@kernel
+def note_speed(sys, contacts):
+    """The speed of sliding in space that counts as none, by the velocities at hand."""
+    numbers = contacts.numbers
+    numbers.v_stop = max(numbers.atol, LEAST_SLIDE * max(numbers.atol / numbers.rtol, fastest_velocity(sys, contacts)))
 
 
 @kernel
@@ -144,10 +171,66 @@ def change_mode(sys, t, x, which, contacts, out):
         contacts.sign[i] = 1
         return close_contact(sys, t, x, i, contacts, out)
     if contacts.mode[i] == ContactMode.STICK:
-        contacts.mode[i] = ContactMode.SLIDE.value
-        contacts.slip[i] = -1 if contacts.la[i, 1] > 0.0 else 1
+        let_go(sys, i, contacts)
+        return Status.RUNNING
+    if is_sliding(sys, i, contacts):
+        follow_slide(sys.kinds[i, 1], i, contacts)
         return Status.RUNNING
     return find_sticking(sys, t, x, i, contacts, out)
+
+
+@kernel
+def is_sliding(sys, i, contacts):
+    """Whether contact i slides in space faster than what counts as none: its course has turned."""
+    stop = 2.0 * max(contacts.numbers.v_stop, rounded_speed(sys, contacts))
+    return sys.kinds[i, 1] == 2 and length_along(contacts.gamma, i) > stop
+
+
+@kernel
+def follow_slide(d, i, contacts):
+    """Take the sign, or the course, of the velocity with which contact i slides."""
+    gamma = contacts.gamma
+    if d == 1:
+        contacts.slip[i] = 1 if gamma[i, 1] > 0.0 else -1
+        return
+    size = length_along(gamma, i)
+    contacts.slip[i] = 1
+    if size > contacts.numbers.v_stop:
+        contacts.course[i, 0], contacts.course[i, 1] = gamma[i, 1] / size, gamma[i, 2] / size
+
+
+@kernel
+def let_go(sys, i, contacts):
+    """Let contact i slide, which stuck with a force la_F that it cannot hold.
+
+    In space it moves off along s: A (la_F + mu la_N s) = -sigma s, sigma >= 0, with A of its two rows: its acceleration
+    has the direction of its motion. |(sigma + mu la_N A)^-1 A la_F| falls with sigma, which is bisected.
+    """
+    la, work, d = contacts.la, contacts.work, sys.kinds[i, 1]
+    contacts.mode[i] = ContactMode.SLIDE.value
+    if d == 1:
+        contacts.slip[i] = -1 if la[i, 1] > 0.0 else 1
+        return
+    b, a_11, a_12, a_22 = work.start[i + 1] - 2, 0.0, 0.0, 0.0
+    for j in range(sys.n):
+        a_11 += work.W[b, j] * work.X[b, j]
+        a_12 += work.W[b, j] * work.X[b + 1, j]
+        a_22 += work.W[b + 1, j] * work.X[b + 1, j]
+    limit = friction_coefficient(sys.laws, i, 0.0) * abs(la[i, 0])
+    pull_1, pull_2 = -(a_11 * la[i, 1] + a_12 * la[i, 2]), -(a_12 * la[i, 1] + a_22 * la[i, 2])
+    low, high = 0.0, math.sqrt(pull_1 * pull_1 + pull_2 * pull_2)
+    s_1, s_2 = pull_1, pull_2
+    for _ in range(SLIDE_BISECTIONS):
+        sigma = 0.5 * (low + high)
+        m_11, m_12, m_22 = limit * a_11 + sigma, limit * a_12, limit * a_22 + sigma
+        s_1, s_2 = m_22 * pull_1 - m_12 * pull_2, m_11 * pull_2 - m_12 * pull_1
+        if s_1 * s_1 + s_2 * s_2 > (m_11 * m_22 - m_12 * m_12) ** 2:
+            low = sigma
+        else:
+            high = sigma
+    size = math.sqrt(s_1 * s_1 + s_2 * s_2)
+    contacts.slip[i] = 1
+    contacts.course[i, 0], contacts.course[i, 1] = s_1 / size, s_2 / size
 
 
 @kernel
@@ -171,10 +254,11 @@ def close_contact(sys, t, x, i, contacts, out):
         contacts.mode[i] = ContactMode.LOCKED.value
         return Status.RUNNING
     contacts.mode[i] = ContactMode.SLIDE.value
-    contacts.slip[i] = 1 if contacts.gamma[i, 1] > 0.0 else -1
+    follow_slide(sys.kinds[i, 1], i, contacts)
     if contacts.facts.is_regularised != 0:
         return Status.RUNNING
-    if abs(contacts.gamma[i, 1]) > rounded_speed(sys, contacts):
+    stop = contacts.numbers.v_stop if sys.kinds[i, 1] == 2 else 0.0
+    if length_along(contacts.gamma, i) > max(stop, rounded_speed(sys, contacts)):
         return Status.RUNNING
     return find_sticking(sys, t, x, i, contacts, out)
 
@@ -186,7 +270,7 @@ def find_sticking(sys, t, x, arrested, contacts, out):
     n_c = sys.n_c
     speed = rounded_speed(sys, contacts)
     for i in range(n_c):
-        if i == arrested or (contacts.mode[i] == ContactMode.SLIDE and abs(contacts.gamma[i, 1]) <= speed):
+        if i == arrested or (contacts.mode[i] == ContactMode.SLIDE and length_along(contacts.gamma, i) <= speed):
             contacts.mode[i] = ContactMode.STICK.value
             contacts.slip[i] = 0
     for _ in range(n_c + 1):
@@ -200,13 +284,12 @@ def find_sticking(sys, t, x, arrested, contacts, out):
         for i in range(n_c):
             if contacts.mode[i] == ContactMode.STICK:
                 limit = static_coefficient(sys.laws, i) * abs(contacts.la[i, 0])
-                over = abs(contacts.la[i, 1]) - limit
+                over = length_along(contacts.la, i) - limit
                 if over > excess:
                     worst, excess = i, over
         if worst < 0:
             break
-        contacts.mode[worst] = ContactMode.SLIDE.value
-        contacts.slip[worst] = -1 if contacts.la[worst, 1] > 0.0 else 1
+        let_go(sys, worst, contacts)
     return Status.RUNNING
 
 
@@ -215,15 +298,13 @@ def stop_sliding(sys, x, contacts):
     """Take from u what rounding of the time of the event left of the sliding velocity of the sticking contacts."""
     n = sys.n
     work, stuck, rhs = contacts.work, contacts.stuck, contacts.rhs
-    n_stuck = 0
-    for i in range(sys.n_c):
-        if contacts.mode[i] == ContactMode.STICK:
-            rhs[n_stuck] = -contacts.gamma[i, 1]
-            n_stuck += 1
-    sticking_matrix(n, n_stuck, contacts)
-    share_friction(n_stuck, contacts)
-    for a in range(n_stuck):
-        b = work.start[stuck[a] + 1] - 1
+    list_stuck(sys, contacts)
+    for a in range(contacts.n_stuck):
+        rhs[a] = -work.gamma_0[stuck[a]]
+    sticking_matrix(n, contacts)
+    share_friction(contacts.n_stuck, contacts)
+    for a in range(contacts.n_stuck):
+        b = stuck[a]
         for j in range(n):
             x[n + j] += work.X[b, j] * rhs[a]
         for i in range(sys.n_c):

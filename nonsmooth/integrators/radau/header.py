@@ -50,10 +50,11 @@ def take_contacts(x, written, state, contacts):
     for i in range(n_c):
         for k in range(state.P_sum.shape[1]):
             state.P_sum[i, k] = x[first + k * n_c + i] - written[i, k]
-        state.la[i, 0], state.la[i, 1] = contacts.la[i, 0], contacts.la[i, 1]
+        for k in range(state.la.shape[1]):
+            state.la[i, k] = contacts.la[i, k]
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
     for k in range(N_WORKS):
-        state.ledger[k] = x[first + 2 * n_c + k]
+        state.ledger[k] = x[first + written.size + k]
 
 
 @kernel
@@ -72,10 +73,11 @@ def note_impulses(x, written):
     """The impulses of the row that was written, from which those of the next are counted."""
     n_c, first = written.shape[0], first_impulse(x, written)
     for i in range(n_c):
-        written[i, 0], written[i, 1] = x[first + i], x[first + n_c + i]
+        for k in range(written.shape[1]):
+            written[i, k] = x[first + k * n_c + i]
 
 
 @kernel
 def first_impulse(x, written):
     """Where P_N begins in a state."""
-    return x.shape[0] - 2 * written.shape[0] - N_WORKS
+    return x.shape[0] - written.size - N_WORKS

@@ -52,7 +52,7 @@ class Located(Block):
     first_step: float  # [s] the longest step until one is taken
     ode: Radau
     events: Events
-    written: Array[Floats, "n_c", 2]  # impulses at the last row
+    written: Array[Floats, "n_c", "1 + max(1, d)"]  # impulses at the last row
 
 
 @kernel(LOOP, short_loops=True)

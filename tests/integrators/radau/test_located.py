@@ -22,7 +22,7 @@ def test_a_loop_that_takes_no_step_leaves_the_start_where_it_is(integrator):
     task = BALL.system(), integrator, (0.0, 1.0), 1, None, q, u, 0, False
     run = new_run(*task)
     assert run.step_loop(0) == ns.Status.RUNNING and run.record.counts.rows == 0
-    assert np.array_equal(run.state.q, q) and np.array_equal(run.state.u, u) and run.time() == 0.0
+    assert np.array_equal(run.state.q, q) and np.array_equal(run.state.u, u) and run.now == 0.0
     assert run.step_loop(1) == ns.Status.RUNNING and run.record.t[0] == 0.0
 
 
