@@ -118,12 +118,17 @@ class Motion(Worded):
         return self.t, self.h, self.q, self.u, self.B, *(() if self.Q is None else (self.Q,))
 
 
-def join_motions(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
-    """The motion of one block of steps (t, h, q, u, B) after the other, to the largest of their degrees."""
+def join_motions(
+    blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple, is_straight: bool = False
+) -> Motion:
+    """The motion of one block of steps (t, h, q, u, B) after the other, to the largest of their degrees;
+    ``is_straight``: q' is not u, and the coordinates go straight through each step."""
     t, h, q, u, polynomials, *Q = zip(*blocks, strict=True)
     degree = max(B.shape[1] for B in polynomials)
     padded = [np.pad(B, ((0, 0), (0, degree - B.shape[1]), (0, 0))) for B in polynomials]
     t, h, q, u, B, *Q = (np.concatenate(column) for column in (t, h, q, u, padded, *Q))
+    if is_straight and not Q:
+        Q = [(np.vstack((q[1:], end[1])) - q) / h[:, None]]
     return Motion(t, h, q, u, B, start, end, *Q)
 
 

@@ -6,8 +6,8 @@ The rules, in this order:
 2. few contacts that are decided at once: EventDriven;
 3. up to 100 unilateral contacts without friction: Adaptive, whose every contact problem has one solution, found in a
    few pivots from the one before;
-4. else, if a tolerance is asked for: Adaptive;
-5. else, and for q' = B u and friction in two directions, MoreauJean, with the model's own ``dt``, where it has one,
+4. else, if a tolerance is asked for: Adaptive, and so for q' = B u and friction in two directions;
+5. else, and for these without a tolerance, MoreauJean, with the model's own ``dt``, where it has one,
    else a ten-thousandth of the span.
 
 Where EventDriven meets more contacts at once than it can enumerate, or events without time between them, the whole run
@@ -36,7 +36,6 @@ from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
-from nonsmooth.mechanics.model_system import require_planar
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.start import own_time
 from nonsmooth.mechanics.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
@@ -92,9 +91,9 @@ class Auto(Choice):
         fine = LOCATED_EVENTS_RTOL if self.rtol is None else self.rtol
         stepper = stepper_of(model, t_span)
         whose = f"a part in {STEPS_OF_SPAN} of the span" if own_time(model, "dt") is None else "the model's own"
+        if system.is_spatial and self.rtol is not None:
+            return Adaptive(fine, fine / PER_ATOL), "it keeps the tolerance asked for, in space by plain steps"
         if system.is_spatial:
-            if self.rtol is not None:
-                require_planar(system, "Auto(rtol=...)")
             step_of_none = MoreauJean(1.0)  # of a span without length no step is taken
             return stepper or step_of_none, f"it takes motion and friction in space; dt is {whose}"
         if n_c == 0:

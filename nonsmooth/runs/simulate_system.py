@@ -51,8 +51,8 @@ def simulate_system(
     q_0, u_0 = the_start(model, q0, u0, state, system)
     choice = as_choice(integrator)
     method, reason = (integrator, None) if choice is None else choice.choose(model, system, t_span, q_0, u_0)
-    if not method.is_spatial:
-        require_planar(system, type(method).__name__)
+    if system.is_spatial and not method.is_spatial:
+        method = in_space(method, system)
     task = (system, method, t_span, asked.every, asked.t_eval, q_0, u_0, asked.rule, asked.project)
     run = run_of(task, recorded, functions, asked)
     with looked_at(run, asked.progress, asked.view) as hear:
@@ -78,6 +78,24 @@ def simulate_system(
     if not solution.success and solution.status != Status.INTERRUPTED and asked.on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def in_space(method: Integrator, system: System) -> Integrator:
+    """What integrates a system with q' = B u or friction in two directions for a method of the plane.
+
+    Raises
+    ------
+    InvalidInput
+        Of a method that has nothing for such a system.
+    """
+    from nonsmooth.integrators.adaptive.options import Adaptive
+
+    if isinstance(method, Adaptive):
+        from nonsmooth.integrators.adaptive.in_space import AdaptiveInSpace
+
+        return AdaptiveInSpace(method.rtol, method.atol)
+    require_planar(system, type(method).__name__)
+    return method
 
 
 def run_of(task: Task, recorded: tuple[str, ...], functions: list[Callable], asked: Asked) -> SystemRun:

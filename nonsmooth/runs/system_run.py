@@ -201,7 +201,8 @@ class SystemRun(Ongoing, Run):
         if not self.recorder.has_all_steps(self) or not set(KINDS_OF_MOTION) <= set(self.recorder.recorded):
             return None
         t, q, u = record.t, record.q, record.u
-        return functools.partial(join_motions, self.recorder.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
+        ends, is_straight = ((t[0], q[0], u[0]), (t[-1], q[-1], u[-1])), self.system.kinematics is not None
+        return functools.partial(join_motions, self.recorder.steps, *ends, is_straight)
 
     def stats(self) -> Stats:
         """What the run cost."""

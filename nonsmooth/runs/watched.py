@@ -89,9 +89,8 @@ class WatchedSteps:
         n_steps = len(run.recorder.steps)
         status = run.block(max_steps)
         here = (run.now, run.state.q.copy(), run.state.u.copy())
-        stop = self.events.scan(
-            join_motions(run.recorder.steps[n_steps:], here, here), has_ended=status == Status.FINISHED
-        )
+        motion = join_motions(run.recorder.steps[n_steps:], here, here, run.system.kinematics is not None)
+        stop = self.events.scan(motion, has_ended=status == Status.FINISHED)
         if stop is not None:
             run.go_back(before)
             end_at(run, stop)

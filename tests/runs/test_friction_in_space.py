@@ -557,7 +557,6 @@ def test_a_system_that_cannot_be_is_refused(changes, said):
 
 @pytest.mark.parametrize("ask", [
     lambda s: ns.simulate(s, (0, 1), [0, 0, 0], [1, 0, 0], integrator=ns.EventDriven()),
-    lambda s: ns.simulate(s, (0, 1), [0, 0, 0], [1, 0, 0], integrator=ns.Adaptive(1e-6)),
     lambda s: ns.limit_cycle(s, state=([0, 0, 0], [1, 0, 0])),
     ns.linearise, ns.equilibrium,
 ])  # fmt: skip

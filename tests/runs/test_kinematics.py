@@ -273,9 +273,6 @@ def test_a_normal_that_contradicts_gap_and_kinematics_is_refused():
 
 @pytest.mark.parametrize("ask", [
     lambda s: ns.simulate(s, (0, 1), LEVEL, OMEGA, integrator=ns.EventDriven()),
-    lambda s: ns.simulate(s, (0, 1), LEVEL, OMEGA, integrator=ns.Adaptive(1e-6)),
-    lambda s: ns.simulate(s, (0, 1), LEVEL, OMEGA, integrator=ns.Penalty(stiffness=1e6)),
-    lambda s: ns.simulate(s, (0, 1), LEVEL, OMEGA, integrator=ns.Auto(rtol=1e-6)),
     lambda s: ns.limit_cycle(s, (0, 1), state=(LEVEL, OMEGA)),
     ns.linearise, ns.equilibrium,
 ])  # fmt: skip

@@ -58,7 +58,7 @@ class Adaptive(Integrator):
         Tolerances of the error of a step: relative to the largest value that a coordinate or velocity has had, and
         absolute in SI units. A contact is closed where its gap is within what these make of it, and so is one whose
         next bounce would be. At an impact the positions are held to the tolerance; the velocities jump, at a time
-        that is as uncertain as that makes it.
+        that is as uncertain as that makes it. In space each step is taken whole and as two halves (in_space.py).
 
     Raises
     ------

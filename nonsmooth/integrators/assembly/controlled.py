@@ -32,19 +32,23 @@ from nonsmooth.integrators.assembly.in_motion import ROOM
 from nonsmooth.integrators.assembly.progress import DONE
 from nonsmooth.integrators.assembly.project import LANDS
 from nonsmooth.integrators.assembly.step import CARRIED, Assembly
+from nonsmooth.integrators.halves import (
+    CAUTION,
+    FIRST_PART,
+    MOST_GROWTH,
+    MOST_SHRINKING,
+    NO_STEP,
+    OF_A_LANDING,
+    SHORT_PART,
+)
 from nonsmooth.jit.blocks import Block, Floats, keep_rows, new
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.places import conjugate, times
 
-OF_A_LANDING = 0.1  # chosen: of the tolerance, the error of a landing: so many of a run add up to it
-SHORT_PART = 1e-4  # chosen: of the run, steps that may err as one of this length: those that follow landings
 ROUNDINGS_OF_PLACES = 16  # chosen: of a place, that are no error
 LATE_BY = 0.5  # derived: of a step, by which a rebound is late at most: it is at the end of its half
 OF_HALVES = 3.0  # derived: the halves err by e over it: 2^2 - 1
-CAUTION, MOST_SHRINKING, MOST_GROWTH = 0.9, 0.1, 4.0  # chosen: of a step after its error, as usual
-FIRST_PART = 1e-3  # chosen: of the run, the first step that is tried
 WAY_IN_A_STEP = 0.5  # chosen: of the smallest reach, the way of the fastest body in a step, which finds what it meets
-NO_STEP = 1e-14  # chosen: of the run: a step as short is a rounding of the time
 NO_SHORTER = -2  # code: the error asks for such a step
 
 

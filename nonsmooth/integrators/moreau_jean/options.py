@@ -116,6 +116,11 @@ class MoreauJean(FixedStep):
         if self.contacts != ContactSolver():
             raise InvalidInput("contacts= of MoreauJean is for scenes of bodies; leave it out for a System")
         arrays = new(Scratch, **system.sizes)
+        self.fill(arrays, system, selection)
+        return arrays
+
+    def fill(self, arrays: Scratch, system: System, selection: int) -> None:
+        """Write the options into arrays of a step."""
         options = arrays.options
         options.theta, options.selection, options.projection = self.theta, selection, self.projection
         if self.compliance is not None:
@@ -123,7 +128,6 @@ class MoreauJean(FixedStep):
         if system.d < 2:
             arrays.planar.has_newton = needs_newton(system)
             arrays.planar.may_wait = 1
-        return arrays
 
     def entry_points(self, system: System) -> list[Kernel]:
         """What the loop may reach for this system, itself first."""
