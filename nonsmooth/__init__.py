@@ -35,6 +35,7 @@ _HOME = {
     "Compound": "scenes.shapes",
     "PinFriction": "scenes.joint_friction",
     "GuideFriction": "scenes.joint_friction",
+    "EllipticFriction": "scenes.elliptic_friction",
     "SceneSolution": "results.scene_solution",
     "SceneStats": "results.stats",
     "SceneContacts": "results.scene_contacts",

@@ -102,6 +102,11 @@ def refused_by_springs(run: SceneRun, threads: int) -> Iterator[str]:
             "scene has some; take MoreauJean(dt)"
         )
     yield from refused_adhesion(run, "Penalty")
+    if run.world.surfaces.has_grain:
+        yield (
+            "springs of Penalty rub alike in all directions, and a material of the scene has EllipticFriction; take "
+            "MoreauJean(dt)"
+        )
     if threads > 1:
         yield (
             "threads share the islands of a contact problem, and Penalty has none: the stages of its steps are so "

@@ -208,7 +208,7 @@ def _contact(scene: Scene, a: Body, b: Body, values: dict[str, float]) -> Contac
     values[names[1]] = e
     if mu == 0:
         return Contact(e_N=names[1], impact=impact)
-    if not isinstance(mu, FrictionLaw):
+    if isinstance(mu, float):
         values[names[0]] = mu
     law = mu if isinstance(mu, FrictionLaw) else names[0]
     return Contact(mu=law, e_N=names[1], impact=impact, directions=scene.dim - 1)

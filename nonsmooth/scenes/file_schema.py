@@ -12,7 +12,7 @@ from typing import Any
 
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.scene_files import BUILT, KINDS, LAWS, OF_JOINTS, PINS, SHAPES, TEXTS
+from nonsmooth.scenes.scene_files import BUILT, DIRECTED, KINDS, LAWS, OF_JOINTS, PINS, SHAPES, TEXTS
 
 Schema = dict[str, Any]
 
@@ -73,7 +73,7 @@ def _of_argument(name: str) -> Schema:
     if name == "friction":
         return _one_of(PINS)
     if name == "mu":
-        return {"anyOf": [NUMBER, _one_of(LAWS)]}
+        return {"anyOf": [NUMBER, _one_of(LAWS | DIRECTED)]}
     return ANY_NUMBERS
 
 

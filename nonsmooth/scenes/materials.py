@@ -18,6 +18,7 @@ from nonsmooth.checks.arrays import as_fraction, as_name, as_non_negative
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, FrictionLaw, as_law
 from nonsmooth.mechanics.signatures import takes
+from nonsmooth.scenes.elliptic_friction import EllipticFriction
 from nonsmooth.scenes.ranges import as_friction
 
 # defined: beside mu and e: lengths of rolling and spinning friction [m], and the pull-off force of a point [N]
@@ -30,9 +31,9 @@ class Material:
 
     Parameters
     ----------
-    mu : float or FrictionLaw
+    mu : float, FrictionLaw or EllipticFriction
         Coefficient of friction against its like [-], or a law of the sliding speed, as `Stribeck`, `StaticKinetic` or
-        ``Friction(mu)`` with a function mu(v) of one's own.
+        ``Friction(mu)`` with a function mu(v) of one's own; or one that differs by direction, against a number.
     e : float
         Newton's coefficient of restitution against its like, 0 to 1 [-].
     name : str, optional
@@ -61,7 +62,7 @@ class Material:
     Material(mu=0.8, e=0.1, name='rubber', impact=None, rolling=0.0, spinning=0.0, adhesion=0.0)
     """
 
-    mu: float | FrictionLaw = 0.5
+    mu: float | FrictionLaw | EllipticFriction = 0.5
     e: float = 0.0
     name: str = ""
     impact: str | None = None
@@ -70,7 +71,8 @@ class Material:
     adhesion: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mu", as_mu(self.mu))
+        if not isinstance(self.mu, EllipticFriction):
+            object.__setattr__(self, "mu", as_mu(self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
         for what in RESISTANCES:
             object.__setattr__(self, what, as_non_negative(what, getattr(self, what)))
@@ -82,6 +84,8 @@ class Material:
 
 def as_mu(mu: Any) -> float | FrictionLaw:
     """A coefficient of friction or a law of numbers, or `InvalidInput`."""
+    if isinstance(mu, EllipticFriction):
+        raise InvalidInput("EllipticFriction goes with the axes of a body; give it to its material, Material(mu=...)")
     if not isinstance(mu, FrictionLaw):
         return as_friction("mu", as_law(mu).mu if isinstance(mu, Callable) else mu)  # type: ignore[attr-defined,arg-type]
     named = [field.name for field in fields(mu) if isinstance(getattr(mu, field.name), str)]
@@ -92,12 +96,17 @@ def as_mu(mu: Any) -> float | FrictionLaw:
     return mu.mu if isinstance(mu, Coulomb) else mu  # type: ignore[return-value]
 
 
-def of_pair(a: Material, b: Material) -> tuple[float | FrictionLaw | None, float]:
-    """mu and e of two materials by the rule above; no mu of two that have unlike laws."""
+def of_pair(a: Material, b: Material) -> tuple[float | FrictionLaw | EllipticFriction | None, float]:
+    """mu and e of two materials by the rule above; no mu of two that have unlike laws, or two directions."""
     e = math.sqrt(a.e * b.e)
-    if isinstance(a.mu, FrictionLaw) or isinstance(b.mu, FrictionLaw):
-        return a.mu if a.mu == b.mu else None, e
-    return math.sqrt(a.mu * b.mu), e
+    match a.mu, b.mu:
+        case (float(), float()):
+            return math.sqrt(a.mu * b.mu), e
+        case (EllipticFriction() as friction, float() as mu) | (float() as mu, EllipticFriction() as friction):
+            return friction.against(mu), e
+        case FrictionLaw(), FrictionLaw():
+            return a.mu if a.mu == b.mu else None, e
+    return None, e
 
 
 def resistances_by_rule(a: Material, b: Material) -> tuple[float, ...]:

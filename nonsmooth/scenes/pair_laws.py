@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.laws import FrictionLaw
+from nonsmooth.scenes.elliptic_friction import EllipticFriction
 from nonsmooth.scenes.materials import RESISTANCES, Material, of_pair, resistances_by_rule
 from nonsmooth.scenes.scene import Scene
 
 
-def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float | FrictionLaw, float]:
+def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float | FrictionLaw | EllipticFriction, float]:
     """mu, or its law, and e of two materials: those that the pair was given, or by the rule of `Material`."""
     mu, e = of_pair(a, b)
     own_mu, own_e = scene.pairs.get(frozenset((a.name, b.name)), (None, None))
@@ -27,8 +28,10 @@ def resistances_of(scene: Scene, a: Material, b: Material) -> tuple[float, ...]:
 
 
 def resistance_in(scene: Scene) -> str:
-    """What of ``RESISTANCES`` a contact of a scene may have, in words; nothing where there is none."""
+    """What of ``RESISTANCES`` a contact of a scene may have, or `EllipticFriction`, in words; nothing for none."""
     materials = {id(body.material): body.material for body in scene.bodies}.values()
+    if any(isinstance(material.mu, EllipticFriction) for material in materials):
+        return "EllipticFriction"
     for a in materials:
         for b in materials:
             *lengths, adhesion = resistances_of(scene, a, b)

@@ -35,6 +35,7 @@ from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.elements import Body, Force, Joint, Kind, Spring
+from nonsmooth.scenes.elliptic_friction import EllipticFriction
 from nonsmooth.scenes.inertia import as_inertia
 from nonsmooth.scenes.joining import Joining
 from nonsmooth.scenes.materials import Material, as_mu
@@ -518,7 +519,7 @@ class Scene(Joining):
         materials = {body.material for body in self.bodies}
         surface = materials.pop() if len(materials) == 1 and not self.pairs | self.resistances else None
         of_surface = {} if surface is None else {"mu": surface.mu, "e": surface.e}
-        numbers = {name: value for name, value in of_surface.items() if not isinstance(value, FrictionLaw)}
+        numbers = {name: value for name, value in of_surface.items() if isinstance(value, float)}
         return {"g": float(np.linalg.norm(self.gravity)), **numbers}
 
     def __repr__(self) -> str:
@@ -532,10 +533,12 @@ class Scene(Joining):
         self, name: str, kind: Kind, shape: Shape, material: Material | None, position: Any, turn: Any, velocity: Any,
         spin: Any, given: dict[str, Any],
     ) -> Body:  # fmt: skip
-        given_material = self.material if material is None else material
+        own = self.material if material is None else material
+        own = as_instance(f"material of {name}", own, Material, "a Material(mu=..., e=...)")
+        if self.dim == PLANAR and isinstance(own.mu, EllipticFriction):
+            raise InvalidInput(f"{name} lies in the plane, where friction has one direction; give a number as its mu")
         body = Body(
-            name, len(self.bodies), kind, shape,
-            as_instance(f"material of {name}", given_material, Material, "a Material(mu=..., e=...)"),
+            name, len(self.bodies), kind, shape, own,
             self._vector(f"position of {name}", position), as_turn(f"turn of {name}", turn, self.dim),
             self._vector(f"velocity of {name}", velocity), as_spin(f"spin of {name}", spin, self.dim), **given,
         )  # fmt: skip

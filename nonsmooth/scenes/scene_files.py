@@ -36,6 +36,7 @@ from nonsmooth.checks.files import as_path, as_place, whole_file
 from nonsmooth.errors import InvalidInput, NotUnderstoodWarning, nearest, shown, warn_caller
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.scenes.elements import Joint, Kind, Motor
+from nonsmooth.scenes.elliptic_friction import EllipticFriction
 from nonsmooth.scenes.formulas import value_of
 from nonsmooth.scenes.joint_friction import GuideFriction, PinFriction
 from nonsmooth.scenes.joint_kinds import JOINT_KINDS
@@ -57,7 +58,8 @@ TEXTS = ("name", "kind", "material", "a", "b", "body", "bodies", "impact", "alon
 SHAPES = {cls.__name__: cls for cls in vars(shapes).values() if isinstance(cls, type) and issubclass(cls, Shape)}
 LAWS = {cls.__name__: cls for cls in vars(laws).values() if isinstance(cls, type) and issubclass(cls, FrictionLaw)}
 PINS: dict[str, type] = {cls.__name__: cls for cls in (PinFriction, GuideFriction)}
-BUILT = SHAPES | LAWS | PINS  # what {Name = arguments} makes
+DIRECTED: dict[str, type] = {EllipticFriction.__name__: EllipticFriction}
+BUILT = SHAPES | LAWS | PINS | DIRECTED  # what {Name = arguments} makes
 
 
 class Reader(NamedTuple):
@@ -319,7 +321,7 @@ def _text(value: Any) -> str:
     match value:
         case Shape():
             return _text({type(value).__name__: _arguments(value)})
-        case FrictionLaw() | PinFriction() | GuideFriction():
+        case FrictionLaw() | PinFriction() | GuideFriction() | EllipticFriction():
             return _text({type(value).__name__: {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}})
         case dict():
             inner = ", ".join(f"{key} = {_text(one)}" for key, one in value.items() if one is not None)

@@ -48,6 +48,9 @@ class Surfaces(Block):
     rolling: Array[Floats, "n_m", "n_m"]  # lengths of rolling and spinning friction (rolling.py) [m]
     spinning: Array[Floats, "n_m", "n_m"]
     adhesion: Array[Floats, "n_m", "n_m"]  # pull-off force of a contact (adhesion.py) [N]
+    has_grain: int  # whether friction of some differs by direction (grain.py)
+    grain: Array[Floats, "n_g", "3"]  # its direction on each shape, in the axes of its body, or 0; where some have one
+    across: Array[Floats, "n_m", "n_m"]  # coefficients across it, where mu is that along it
     impact: int  # the law of impact of all pairs of materials that rebound, an ``ImpactLaw``
     is_compliant: int  # then every contact has a spring and a damper in place of e
     stiffness: float  # [N/m]

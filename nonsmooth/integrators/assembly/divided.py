@@ -20,6 +20,7 @@ Equations: docs/theory/scenes.md, (3).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
 from typing import Annotated as Array
 
@@ -230,9 +231,11 @@ def begin_next_part(progress, places):
 OF_PARTS = (part_to_landing, ask_of_landings, keep_part)  # defined: of a scene whose steps may be divided
 
 
-def with_parts(rows: ContactRows, keys: np.ndarray, parts: Parts) -> tuple[ContactRows, np.ndarray]:
+def with_parts(
+    rows: ContactRows, keys: np.ndarray, parts: Parts, upright: Callable[[ContactRows], ContactRows] | None
+) -> tuple[ContactRows, np.ndarray]:
     """The contacts of the last part of a step with the impulses of all its parts, and their keys; rows are in the order
-    of these, as are the rows of joints."""
+    of these, as are the rows of joints. ``upright`` makes those that users are shown of rows to scale (grain.py)."""
     n = int(parts.n_c)
     order = np.argsort(parts.key[:n])
     key, P = parts.key[order], parts.P[order]
@@ -243,6 +246,8 @@ def with_parts(rows: ContactRows, keys: np.ndarray, parts: Parts) -> tuple[Conta
     left = order[~is_last & (key < FIRST_ROLLING)]
     columns = {name: getattr(parts, name)[left] for name in ContactRows._fields if name != "own"}
     others = ContactRows(**columns, own=np.einsum("crk,ck->cr", parts.frame[left], parts.P[left]))
+    if upright is not None:
+        others = upright(others._replace(own=others.own / (others.frame**2).sum(axis=2)))
     keys = np.concatenate((keys, parts.key[left]))
     order = np.argsort(keys)
     joined = (np.concatenate(column)[order] for column in zip(rows._replace(own=own), others, strict=True))

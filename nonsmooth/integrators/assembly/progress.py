@@ -131,6 +131,7 @@ class Progress(Block):
     has_impact_law: int  # whether impacts follow another law than Newton's
     has_laws: int  # whether friction varies with the slip
     has_pins: int  # whether joints have friction
+    has_grain: int  # whether friction differs by direction
     has_adhesion: int  # whether contacts may hold on to one another
     has_rolling: int  # whether contacts have friction of rolling or spinning
     speeds: int  # times that the coefficients of the step were taken at other velocities

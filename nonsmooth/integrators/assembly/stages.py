@@ -29,6 +29,7 @@ from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, rub_joints, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
+from nonsmooth.integrators.assembly.grain import turn_to_grain
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import leave_out_hidden
 from nonsmooth.integrators.assembly.hold_places import hold_places
@@ -149,7 +150,7 @@ def take_part(progress, d):
     if progress.stage == SOLVE:
         if progress.is_asked == 0:
             progress.is_asked = 1
-            if progress.has_adhesion == 0 and has_doubts(places, progress, d):
+            if progress.has_adhesion == 0 and progress.has_grain == 0 and has_doubts(places, progress, d):
                 progress.is_examined = 1
                 return DOUBTFUL
         end = solve(progress, places, network, d)
@@ -237,6 +238,8 @@ def find(progress, places, network, d):
         progress.wanted = pairs.count + network.n_c
         return MORE_BOOKS
     write_contacts(places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt, d)
+    if progress.has_grain == 1:
+        turn_to_grain(places.bodies, places.surfaces, places.found, places.contacts, places.network, 0)
     hold(progress, places, 0, dt)
     prepare(places, d)
     if progress.divisions > 0:
@@ -433,6 +436,8 @@ def rebounds(progress, places, network, d):
     count = begin_impact(bodies, shapes, found, contacts, places.network, progress.dt, progress.whole, d)
     if count == 0:
         return False
+    if progress.has_grain == 1:
+        turn_to_grain(places.bodies, places.surfaces, places.found, places.contacts, places.network, 1)
     hold(progress, places, 1, progress.dt)
     prepare(places, d)
     if progress.has_impact_law == 0:

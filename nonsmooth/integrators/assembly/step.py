@@ -24,6 +24,7 @@ from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.drive_rows import RUBS, Drives, rub_joints, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import take_friction, update_friction
+from nonsmooth.integrators.assembly.grain import turn_to_grain, upright
 from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.hold_places import hold_places
@@ -187,6 +188,7 @@ class Assembly(InMotion):
         rare += (rub_joints,) if (drives.law == RUBS).any() else ()
         adheres = bool((surfaces.adhesion > 0.0).any())
         rare += (pull_together, book_pulls) if adheres else ()
+        rare += (turn_to_grain,) if surfaces.has_grain else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
@@ -196,7 +198,7 @@ class Assembly(InMotion):
         progress = self.progress
         progress.may_sleep, progress.has_adhesion = may_sleep and not adheres, adheres
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
-        progress.has_faces, progress.has_laws = has_faces, surfaces.has_laws
+        progress.has_faces, progress.has_laws, progress.has_grain = has_faces, surfaces.has_laws, surfaces.has_grain
         progress.has_impact_law = has_restitution and surfaces.impact != ImpactLaw.NEWTON
         progress.may_divide, progress.theta = may_divide, theta
         progress.has_pins, progress.has_rolling = bool((drives.law == RUBS).any()), has_rolling
@@ -313,19 +315,23 @@ class Assembly(InMotion):
 
     def contact_rows(self) -> ContactRows:
         """The contacts of the last step, those that sleep among them, in the order of their keys."""
-        rows = rows_of_step(self.found, self.network, self.contacts.P)
+        rows = self._upright(rows_of_step(self.found, self.network, self.contacts.P))
         found = self.found.key[: len(rows.i)]
         if self.parts.n_c > 0:
-            rows, found = with_parts(rows, found, self.parts)
+            rows, found = with_parts(rows, found, self.parts, self._upright if self.surfaces.has_grain else None)
         if self.asleep.count == 0:
             return rows
         is_contact = self.asleep.key[: int(self.asleep.n_c)] < FIRST_ROLLING
         is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
-        resting = rows_at_rest(self.asleep)
+        resting = self._upright(rows_at_rest(self.asleep))
         keys = np.concatenate((found[is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
         order = np.argsort(keys)
         joined = (np.concatenate((column[is_awake], others)) for column, others in zip(rows, resting, strict=True))
         return ContactRows(*(column[order] for column in joined))
+
+    def _upright(self, rows: ContactRows) -> ContactRows:
+        """Contacts as users are shown them, with rows of length 1."""
+        return rows._replace(**upright(rows.frame, rows.own, rows.mu)._asdict()) if self.surfaces.has_grain else rows
 
     @property
     def desk(self) -> Block:

@@ -31,6 +31,7 @@ from nonsmooth.mechanics.laws import (
 from nonsmooth.mechanics.own_law import handle_of_law, point_to
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.elements import Body, Joint, JointSpring, Kind, Motor, Spring
+from nonsmooth.scenes.elliptic_friction import EllipticFriction
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.joint_friction import GuideFriction, JointFriction, PinFriction
 from nonsmooth.scenes.joint_kinds import BALL_TURNS, Rows, blocks_of, coordinate_rows, rows_of
@@ -41,7 +42,7 @@ from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_o
 from nonsmooth.scenes.ranges import require_within
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shape_rows import shape_block
-from nonsmooth.scenes.shapes import PLANAR, as_turn
+from nonsmooth.scenes.shapes import PLANAR, SPATIAL, as_turn
 
 # chosen: of the smaller of two bodies: a start may penetrate by this part of it, as bodies that were laid by hand do
 OVERLAP = 1e-3
@@ -85,6 +86,8 @@ class World:
             materials += [self._number_of(body)] * len(parts)
         self.shapes = shape_block(rows)
         self.surfaces = self._surfaces(materials)
+        if self.surfaces.has_grain:
+            self._lay_grain()
         if self.surfaces.adhesion.any():  # what adheres is held from the first step on
             self.bodies.keeps[:] = self.bodies.motion.moves
         self.joints = self._joints()
@@ -119,25 +122,41 @@ class World:
         bodies = Counter(id(body.material) for body in self.scene.bodies)
         laws: list[FrictionLaw] = []
         pairs: list[tuple[Material, Material, float]] = []
-        mu, e, rolling, spinning, adhesion = np.zeros((5, len(listed), len(listed)))
+        mu, e, rolling, spinning, adhesion, across = np.zeros((6, len(listed), len(listed)))
         for a, first in enumerate(listed):
             for b, second in enumerate(listed):
                 touch = id(first) in moving or id(second) in moving
+                if a == b and bodies[id(first)] == 1 and isinstance(first.mu, EllipticFriction):
+                    touch = False
                 friction, e[a, b] = coefficients_of(self.scene, first, second) if touch else (0.0, 0.0)
-                laws.append(as_law(friction))
+                across[a, b] = friction.across if isinstance(friction, EllipticFriction) else -1.0
+                laws.append(as_law(friction.along if isinstance(friction, EllipticFriction) else friction))
                 if touch:
                     rolling[a, b], spinning[a, b], adhesion[a, b] = resistances_of(self.scene, first, second)
                 if touch and (a < b or (a == b and bodies[id(first)] > 1)):
                     pairs.append((first, second, float(e[a, b])))
         has_laws = any(not isinstance(law, Coulomb) for law in laws)
-        surfaces = new(Surfaces, n_s=len(materials), n_m=len(listed), n_l=len(laws) if has_laws else 0, width=LAW_WIDTH)
+        has_grain = bool((across > 0.0).any())
+        if has_laws and has_grain:
+            raise InvalidInput("a scene has laws of the sliding speed or EllipticFriction, and this one has both")
+        sizes = {"n_s": len(materials), "n_m": len(listed), "width": LAW_WIDTH}
+        surfaces = new(Surfaces, n_l=len(laws) if has_laws else 0, n_g=len(materials) if has_grain else 0, **sizes)
         surfaces.has_laws, surfaces.material[:], surfaces.e[:] = has_laws, materials, e
         rows = self._law_rows(laws)
         mu.flat[:] = [interpreted(static_coefficient)(rows, k) for k in range(len(rows))]
         surfaces.mu[:], surfaces.laws[:] = mu, rows[: len(surfaces.laws)]
+        surfaces.has_grain, surfaces.across[:] = has_grain, np.where(across > 0.0, across, mu)
         surfaces.rolling[:], surfaces.spinning[:], surfaces.adhesion[:] = rolling, spinning, adhesion
         surfaces.impact = int(law_of_impacts(pairs))
         return surfaces
+
+    def _lay_grain(self) -> None:
+        """The directions of friction on the shapes, along the principal axes of their bodies."""
+        for s, b in enumerate(self.shapes.body):
+            mu = self.scene.bodies[b].material.mu
+            if isinstance(mu, EllipticFriction):
+                direction = np.array(mu.direction) / np.linalg.norm(mu.direction)
+                self.surfaces.grain[s] = rotate(conjugate(self.frames[b, SPATIAL:]), direction)
 
     def _law_rows(self, laws: list[FrictionLaw]) -> np.ndarray:
         """The laws as the kernels read them; those of the user's are functions of the speed alone."""
