@@ -30,6 +30,7 @@ from nonsmooth.studies.equal_restitution import RESTITUTIONS, chosen_damping, co
 from nonsmooth.studies.force_history import first_episode
 from nonsmooth.studies.reference import (
     EXACT,
+    EXACT_IN_SPACE,
     Observed,
     Problem,
     Reference,
@@ -93,8 +94,8 @@ def penalty_study(
     penalty : Penalty, optional
         The other options (law, friction, mass, tolerances); its stiffness and damping are replaced.
     reference : (q, u) or integrator, optional
-        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out, of
-        a scene Moreau-Jean with 4000 steps.
+        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out, in
+        space ``Adaptive(rtol=1e-9, atol=1e-11)``, of a scene Moreau-Jean with 4000 steps.
     times : array_like, optional
         When the distance is measured [s]; at the end when left out.
     contact : int or str
@@ -172,8 +173,9 @@ def penalty_study(
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = problem.system.described.contact(contact)
     is_free = stiffness is None and reference is None
+    best = EXACT_IN_SPACE if problem.system.is_spatial else EXACT
     if is_free:
-        require_affordable(problem, EXACT)
+        require_affordable(problem, best)
     is_equal = restitution == "equal"
     chosen_ratio = None
     if is_equal and damping is None and damping_ratio is None:
@@ -186,9 +188,9 @@ def penalty_study(
     may_change = is_equal and not isinstance(reference, tuple | list)  # states that are known have their own
     found, rigid = compared(problem, list(compliant.values()), contact, chosen_ratio, may_change)
     if is_free and rigid is not problem:
-        require_affordable(rigid, EXACT)
+        require_affordable(rigid, best)
     with part_shown("the reference", progress):
-        exact = as_reference(EXACT if reference is None else reference, rigid, delay)
+        exact = as_reference(best if reference is None else reference, rigid, delay)
     task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
     data = run_comparison(task, "N/m", workers, journal, progress)
     data.attrs |= {"left_out": chosen.left_out, "doubt": exact.doubt, **problem.about}

@@ -16,6 +16,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_array, as_positive
 from nonsmooth.errors import InvalidInput, SimultaneousImpactWarning, Status, shown
+from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.jit import identity
@@ -32,7 +33,8 @@ from nonsmooth.studies.matched_events import Entrances
 from nonsmooth.sweeps.run_task import in_words
 from nonsmooth.sweeps.task import identity_of_model
 
-EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
+EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # chosen: rigid contact, as good as rounding allows
+EXACT_IN_SPACE = Adaptive(rtol=1e-9, atol=1e-11)  # chosen: of second order, as good as seconds allow
 # chosen: of the reference: how much coarser the second run is that says how far the first may be off
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
 BODIES_OF_A_STEP = 2.0  # measured: whose step with compliant contacts takes 5 us more than that of none

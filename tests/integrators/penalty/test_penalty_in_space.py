@@ -168,6 +168,14 @@ def test_of_two_answers_the_depth_decides(phi, depth, leaves):
     assert (ContactMode.STICK not in [event.mode_after for event in sol.events]) == leaves
 
 
+def test_a_study_of_a_slide_in_space_has_the_order_of_the_plane():
+    """With its own reference, which keeps 1e-9: errors of the coordinates fall as 1/k."""
+    rod = SpatialPainleveRod(mu=0.4)
+    study = ns.penalty_study(rod, (0, 0.1), *rod.state(th=1.0, phi=0.5, slip=1.0), stiffness=[1e5, 1e6, 1e7])
+    errors = study.data.error_q.values[:, 0]
+    assert abs(np.log10(errors[:-1] / errors[1:]) - 1).max() < 0.1
+
+
 def test_two_feet_that_stick_share_what_holds_them():
     """Two contacts of one body whose four rows have two velocities: the loads are the least ones, half each."""
 
