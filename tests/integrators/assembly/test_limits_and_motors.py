@@ -428,8 +428,12 @@ def test_the_interpreter_drives_joints_with_the_bits_of_compiled_code(dim):
         scene, hinge = bar(dim, (-0.01, 0.7), rate=-4.0)
         hinge.motor(speed=1.0, limit=0.5 * WEIGHT)
         scene.body(ball(dim, 0.1), mass=0.5, position=point(dim, 1.2, 0), velocity=point(dim, 0, -4.8), name="bob")
-        scene.slider("bar", "bob", axis=point(dim, 1, 0), at=point(dim, 1.2, 0), limits=(-0.1, 0.2))
+        guide = ns.GuideFriction(mu=0.2, length=0.1)
+        scene.slider("bar", "bob", axis=point(dim, 1, 0), at=point(dim, 1.2, 0), limits=(-0.1, 0.2), friction=guide)
         scene.body(ball(dim, 0.1), mass=0.5, position=point(dim, 0, -0.5), name="wheel")
+        if dim == 3:
+            scene.body(ns.Sphere(0.05), mass=0.5, position=(0.3, 0.5, -0.5), spin=(1.0, 0, 0), name="bell")
+            scene.joint("hook", "bell", at=(0.2, 0.5, 0), friction=ns.PinFriction(0.3, 0.02))
         axis = {} if dim == 2 else {"axis": (0, 1, 0)}
         scene.hinge("hook", "wheel", at=point(dim, 0.01, -0.5), friction=ns.PinFriction(0.3, 0.02), **axis)
         return SceneRun(scene, (0, 6 * 2e-3), ns.MoreauJean(dt=2e-3), 1, None, SceneRecorder(("pairs",))).assembly
