@@ -8,8 +8,9 @@ A contact that slides along d carries la_T = -mu la_N d, so that with p = G_NN -
 
 The search is that of contact/spatial/forces.py: contacts that are coupled and all slide (or have no friction) are one
 complementarity problem of their la_N; one that rests by itself has free, stick and the roots of a quartic, whose number
-is exact (contact/spatial/exact_count.py). Of coupled contacts of which some rest the complete answer is not known, and
-none is given. Contacts that G does not couple are decided apart.
+is exact (contact/spatial/exact_count.py), and so has one that rests among others that slide, for each set of these. Of
+coupled contacts of which several rest the complete answer is not known, and none is given. Contacts that G does not
+couple are decided apart.
 Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Champneys, Várkonyi, *IMA J. Appl. Math.* 81 (2016)
 538.
 """
@@ -26,8 +27,9 @@ import numpy as np
 
 from nonsmooth.contact.planar.forces import Outcome
 from nonsmooth.contact.planar.single import FREE, STICK
-from nonsmooth.contact.spatial.all_solutions import SLIDE
+from nonsmooth.contact.spatial.all_solutions import SLIDE, OneContact, list_of_one
 from nonsmooth.contact.spatial.contact_solutions import are_all_slides
+from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.situation import Situation
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
@@ -204,11 +206,36 @@ def is_complete(problem: Problem, island: int) -> bool:
     if problem.outcomes[island] != Outcome.COMPLETE:
         return False
     members = problem.members(island)
-    if not rests_in_space(problem, members[0]):
+    resting = [k for k in members if rests_in_space(problem, k)]
+    if not resting:
         return True
-    (k,), rows = members, problem.rows(members)
-    slides = int((problem.candidate[: int(problem.counts[island]), k] == SLIDE).sum())
-    return are_all_slides(problem.G[np.ix_(rows, rows)], problem.c[rows], float(problem.mu[k]), slides)
+    (k,), others = resting, [other for other in members if other not in resting]
+    sets = itertools.chain.from_iterable(itertools.combinations(others, n) for n in range(len(others) + 1))
+    return all(are_slides_of(problem, k, loaded) for loaded in sets)
+
+
+def are_slides_of(problem: Problem, k: int, loaded: tuple[int, ...]) -> bool:
+    """Whether the slides that are found of contact k, which rests, are all that there are while others are loaded."""
+    G, c = reduced_to_one(problem, k, loaded)
+    one = new(OneContact)
+    one.G[0], one.c[:], one.mu, one.mu_static = G, c, problem.mu[k], problem.mu[k]
+    slides = int((one.modes[: list_of_one(one.address)] == SLIDE).sum())
+    return are_all_slides(G, c, float(problem.mu[k]), slides)
+
+
+def reduced_to_one(problem: Problem, k: int, loaded: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """G (3, 3) and c (3,) of a contact while others slide, or are held without friction: contact/spatial/forces.py."""
+    rows, normal = problem.rows(np.array([k])), problem.start[list(loaded)].astype(int)
+    columns = [
+        problem.G[:, a] - (problem.slip[other] * problem.mu[other] * problem.G[:, a + 1] if problem.d(other) else 0.0)
+        for a, other in zip(normal, loaded, strict=True)
+    ]
+    G, c = problem.G[np.ix_(rows, rows)], problem.c[rows]
+    if not loaded:
+        return G.copy(), c.copy()
+    by = np.array(columns).T
+    weights = by[rows] @ np.linalg.inv(by[normal])
+    return G - weights @ problem.G[np.ix_(normal, rows)], c - weights @ problem.c[normal]
 
 
 def slopes(problem: Problem, tolerance: float) -> tuple[np.ndarray, np.ndarray, ParadoxFlag]:

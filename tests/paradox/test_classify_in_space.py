@@ -222,3 +222,121 @@ def test_slides_from_rest_are_tagged_as_a_stiff_contact_leaves_them_or_not():
             assert one.stability.kind == (STABLE if kind == "nothing" else SADDLE)
             assert left_by_a_stiff_contact(G, c, mu, one.la[0]) == (kind != "nothing")
     assert min(met.values()) >= 2
+
+
+def mass_of_two(t, q, p, M):
+    """Of coordinates that are those of two contacts: places along the ground draw the couplings."""
+    for i in range(6):
+        for j in range(i + 1):
+            M[i, j] = 0.55 * math.sin(7.0 * (i + 1) * q[1] + 5.0 * (j + 1) * q[2] + 3.0 * (i + 2 * j) * q[4])
+            M[j, i] = M[i, j]
+        M[i, i] = 1.6 + 0.4 * math.sin(11.0 * (i + 1) * q[5])
+
+
+def force_of_two(t, q, u, p, h):
+    for i in range(6):
+        h[i] = math.cos(9.0 * (i + 1) * q[4] + 13.0 * i * q[5])
+    h[0] -= 1.0
+    h[3] -= 1.0
+
+
+def gap_of_two(t, q, p, g_N):
+    g_N[0], g_N[1] = q[0], q[3]
+
+
+def normal_of_two(t, q, p, W_N):
+    W_N[0, 0], W_N[1, 3] = 1.0, 1.0
+
+
+def tangent_of_two(t, q, p, W_F):
+    for axis in range(2):
+        W_F[0, axis, 1 + axis], W_F[1, axis, 4 + axis] = 1.0, 1.0
+
+
+TWO = ns.System(
+    n_q=6, mass=mass_of_two, force=force_of_two, gap=gap_of_two, normal=normal_of_two, tangent=tangent_of_two,
+    contacts=[ns.Contact(mu=1.6, directions=2), ns.Contact(mu=1.5, directions=2)],
+)  # fmt: skip
+
+
+class Coupled:
+    """Two coupled contacts, of which the first slides and the second rests."""
+
+    mu = (1.6, 1.5)
+
+    def __init__(self, rng):
+        self.q = np.insert(rng.uniform(-3, 3, 4), [0, 2], 0.0)
+        self.slide = rng.standard_normal(2)
+        self.u = np.r_[0.0, self.slide, 0.0, 0.0, 0.0]
+        M, h = np.zeros((6, 6)), np.zeros(6)
+        mass_of_two(0.0, self.q, None, M)
+        force_of_two(0.0, self.q, self.u, None, h)
+        self.is_mass = np.linalg.eigvalsh(M)[0] > 0.1
+        self.G, self.c = np.linalg.inv(M), np.linalg.solve(M, h)
+
+    def answers(self, directions=20_000):
+        """Their number, by a search of all directions of the second contact: slides where gamma_T turns through d."""
+        G, c = self.G, self.c
+        d = self.slide / np.linalg.norm(self.slide)
+        slider = np.r_[1.0, -self.mu[0] * d, 0.0, 0.0, 0.0]
+        angles = np.linspace(0.0, 2.0 * np.pi, directions, endpoint=False)
+        rays = np.column_stack(
+            (np.zeros((directions, 3)), np.ones(directions), -self.mu[1] * np.cos(angles), -self.mu[1] * np.sin(angles))
+        )
+        number = 0
+        for is_loaded in (False, True):
+            of = slider if is_loaded else np.zeros(6)
+            number += self.is_stuck(G, c, of, is_loaded) + self.is_free(G, c, of, is_loaded)
+            number += self.slides(G, c, of, is_loaded, rays, angles)
+        return number
+
+    def is_free(self, G, c, of, is_loaded):
+        N = -c[0] / (G[0] @ of) if is_loaded else 0.0
+        gamma = c + G @ (N * of)
+        return int(gamma[3] >= 0 and (N > 0 if is_loaded else gamma[0] >= 0))
+
+    def is_stuck(self, G, c, of, is_loaded):
+        rows = [0, 3, 4, 5] if is_loaded else [3, 4, 5]
+        columns = np.column_stack(([of] if is_loaded else []) + list(np.eye(6)[3:]))
+        x = np.linalg.solve((G @ columns)[rows], -c[rows])
+        P = columns @ x
+        presses = P[3] > 0 and np.hypot(*P[4:]) <= self.mu[1] * P[3]
+        return int(presses and (x[0] > 0 if is_loaded else (c + G @ P)[0] >= 0))
+
+    def slides(self, G, c, of, is_loaded, rays, angles):
+        a, b = G @ of, rays @ G
+        if is_loaded:
+            det = a[0] * b[:, 3] - b[:, 0] * a[3]
+            N = (-c[0] * b[:, 3] + b[:, 0] * c[3]) / det
+            P = (-a[0] * c[3] + a[3] * c[0]) / det
+        else:
+            N, P = np.zeros(len(b)), -c[3] / b[:, 3]
+        gamma = c + np.outer(N, a) + P[:, None] * b
+        along = gamma[:, 4] * np.cos(angles) + gamma[:, 5] * np.sin(angles)
+        across = gamma[:, 5] * np.cos(angles) - gamma[:, 4] * np.sin(angles)
+        fits = (P > 0) & (along > 0) & ((N > 0) if is_loaded else (gamma[:, 0] >= 0))
+        return int((fits & np.roll(fits, -1) & (across * np.roll(across, -1) < 0)).sum())
+
+
+def test_one_that_rests_among_sliding_ones_has_the_solutions_of_all_directions():
+    rng, several, none, complete = np.random.default_rng(5), 0, 0, 0
+    models = [model for model in (Coupled(rng) for _ in range(400)) if model.is_mass]
+    assert len(models) > 60
+    for model in models:
+        found = ns.classify(TWO, 0.0, model.q, model.u)
+        assert found.n_solutions == model.answers()
+        several, none = several + (found.n_solutions > 1), none + (found.n_solutions == 0)
+        complete += found.is_complete
+        for solution in found.solutions:
+            la = solution.la.ravel()
+            gamma = model.c + model.G @ la
+            assert abs(gamma[[0, 3]] * la[[0, 3]]).max() < 1e-9 and min(*gamma[[0, 3]], *la[[0, 3]]) > -1e-9
+            assert abs(solution.du - gamma).max() < 1e-9
+            assert np.hypot(*la[4:]) <= model.mu[1] * la[3] + 1e-9
+    assert several >= 2 and none >= 1 and complete > 0.9 * len(models)
+
+
+def test_two_that_rest_together_are_not_enumerated():
+    model = Coupled(np.random.default_rng(5))
+    found = ns.classify(TWO, 0.0, model.q, np.zeros(6))
+    assert found.kind.name == "NOT_ENUMERATED" and not found.is_complete

@@ -158,7 +158,7 @@ def test_coupled_contacts_are_mapped_as_they_are_classified():
             assert np.abs(solution.la[:, 0] * solution.du[[0, 3]]).max() < 1e-9
         met.add(c.n_solutions)
     assert len(met) >= 2
-    rest = ns.classify(system, 0.0, [0.0] * 6, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    rest = ns.classify(system, 0.0, [0.0] * 6, [0.0] * 6)
     assert (rest.kind, rest.is_complete) == (ns.ParadoxKind.NOT_ENUMERATED, False)
 
 

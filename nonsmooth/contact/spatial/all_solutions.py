@@ -80,7 +80,7 @@ def is_surely_unique(G, k, mu):
 def stick_spatial(G, k, c_N, c_1, c_2, mu):
     """(P_N, P_1, P_2, is_admissible) of sticking; where S is singular it is found by no one."""
     S, s = reduced(G, k, c_N, c_1, c_2)
-    if not S[0] * S[3] - S[1] * S[2] > SINGULAR * abs(S[0] * S[3]):
+    if not abs(S[0] * S[3] - S[1] * S[2]) > SINGULAR * abs(S[0] * S[3]):
         return 0.0, 0.0, 0.0, False
     P_1, P_2, _, _ = slide_state(S[0], S[1], S[2], S[3], s[0], s[1], 0.0)
     P_N = -(c_N + G[k, 0, 1] * P_1 + G[k, 0, 2] * P_2) / G[k, 0, 0]
@@ -136,7 +136,7 @@ def find_slides(G, k, c, mu, chain, alphas):
     """Write the alphas of all slides, the smallest first, and return their number; ``chain`` (5, 5) is scratch."""
     S, s = reduced(G, k, c[0], c[1], c[2])
     scale = 0.5 * (abs(S[0]) + abs(S[3]))
-    if mu == 0.0 or scale == 0.0 or not G[k, 0, 0] > 0.0:
+    if mu == 0.0 or scale == 0.0 or G[k, 0, 0] == 0.0:
         return 0
     fill_quartic(G, k, c, mu, (S, s, scale), chain)
     found = 0
