@@ -133,6 +133,30 @@ def test_a_guide_goes_on_from_a_checkpoint_with_the_same_bits(tmp_path):
     assert (resumed.position[-1] == whole.position[-1]).all() and whole.stats.missed == 0
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
+@pytest.mark.parametrize("dim", [2, 3])
+def test_chains_of_guides_pins_and_balls_find_their_loads_in_nearly_all_steps(dim):
+    """Some have none, or several: such a step is counted as missed."""
+    random, missed = np.random.default_rng(0), 0
+    for _ in range(12):
+        scene, place, before = ns.Scene(gravity=(*np.zeros(dim - 1), -G)), np.zeros(dim), "b"
+        scene.fixed(ball(dim, 0.02), name="b")
+        for k in range(5):
+            way, axis = 0.2 * random.normal(size=dim), random.normal(size=dim)
+            place, name = place + way, f"b{k}"
+            scene.body(ball(dim, 0.1), mass=random.uniform(0.5, 2), position=place, name=name)
+            at, pin = place - way / 2, ns.PinFriction(0.3, 0.02)
+            guide = ns.GuideFriction(random.uniform(0.05, 0.3), random.uniform(0.2, 0.5))
+            if k % 2 == 0:
+                scene.slider(before, name, axis=axis, at=at, friction=guide)
+            else:
+                (scene.hinge if dim == 2 else scene.joint)(before, name, at=at, friction=pin)
+            before = name
+        scene.ignore(*scene.bodies)
+        missed += run(scene, 0.5, 2e-3).stats.missed
+    assert missed <= 12 * 250 // 1000
+
+
 @pytest.mark.parametrize("azimuth", [0.0, 0.7])
 def test_a_spherical_pendulum_rests_within_its_circle_of_friction_and_not_beyond(azimuth):
     friction = ns.PinFriction(mu=0.4, radius=0.05)
