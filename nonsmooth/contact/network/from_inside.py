@@ -4,7 +4,8 @@
     from where they end:                                    the augmented Lagrangian (``al_newton``)
 
 Each distance comes with a shift of its own. Where one path fails another ends; a small shift ends what a large one
-only creeps to, as a train of dominoes, and a large one what a small one leaves in its roundings, as a heap. The
+only creeps to, as a train of dominoes, and a large one what a small one leaves in its roundings, as a heap. All
+begin at the same impulses: what one path has led near the solution may be where the next ones are caught too. The
 impulses of the least residual are left.
 """
 
@@ -18,6 +19,7 @@ from nonsmooth.contact.blocks.ladder import FAR, INSIDE, NEAR, OUTERMOST
 from nonsmooth.contact.network.al_newton import solve_by_al_newton
 from nonsmooth.contact.network.interior import CENTRING, Inside, go_inside
 from nonsmooth.contact.network.lagrangian import Direct
+from nonsmooth.contact.network.multifrontal import lay_out_fronts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.jit.blocks import new
 
@@ -54,12 +56,16 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
     """
     islands, d = network.islands, network.b.shape[1]
     contacts = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
-    best, least = network.P[contacts].copy(), float(islands.residual[k])
+    begun, least = network.P[contacts].copy(), float(islands.residual[k])
+    best = begun
     point = new(Inside, m=len(contacts))
+    laid_out = lay_out_fronts(network, direct, k)
+    if laid_out is None:
+        return False
+    at = network.address, direct.address, laid_out[0].address, laid_out[1].address, point.address
     for point.start, point.shift, point.centring, point.part, point.is_centred in starts:
-        network.P[contacts] = best
-        if not go_inside(network.address, direct.address, point.address, k, tol, most[0], d):
-            return False
+        network.P[contacts] = begun
+        go_inside(*at, k, tol, most[0], d)
         solve_by_al_newton(network.address, direct.address, k, digits_tol, most[1], d)
         if islands.residual[k] < least:
             best, least = network.P[contacts].copy(), float(islands.residual[k])

@@ -31,10 +31,11 @@ from nonsmooth.contact.blocks.second_order_cone import (
     scale_twice,
     scaling_point,
 )
-from nonsmooth.contact.network.al_newton import copy_impulses, is_laid_out, judge_island
-from nonsmooth.contact.network.block_factor import back_substitute, factorise
+from nonsmooth.contact.network.al_newton import copy_impulses, judge_island
+from nonsmooth.contact.network.elimination_tree import Tree
 from nonsmooth.contact.network.joint import is_joint
-from nonsmooth.contact.network.lagrangian import Direct, add_contact, clear_blocks, pull
+from nonsmooth.contact.network.lagrangian import Direct, pull
+from nonsmooth.contact.network.multifrontal import Fronts, factorise_fronts, solve_fronts
 from nonsmooth.contact.network.problem import Network, contact_velocity, impulse, laws_velocity, write
 from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, view
@@ -61,7 +62,7 @@ class Inside(Block):
     target: Array[Floats, "m", "3"]  # r
     dx: Array[Floats, "m", "3"]
     dy: Array[Floats, "m", "3"]
-    D: Array[Floats, "3", "3"]
+    D: Array[Floats, "m", "9"]
 
 
 @kernel
@@ -256,10 +257,9 @@ def wanted_push(network, point, c, row):
 
 
 @kernel
-def assemble(network, direct, point, k, d, n):
-    """M + J^T D J to the blocks of the factor."""
-    islands, KJ, D = network.islands, direct.desk.KJ, point.D
-    clear_blocks(network, direct.factor, k, n)
+def find_stiffness(network, point, k, d):
+    """D of every contact."""
+    islands, D = network.islands, point.D
     begin = islands.contact_start[k]
     for at in range(begin, islands.contact_start[k + 1]):
         c, row = islands.contacts[at], at - begin
@@ -268,27 +268,15 @@ def assemble(network, direct, point, k, d, n):
                 network, point, c, row, 1.0 if column == 0 else 0.0, 1.0 if column == 1 else 0.0,
                 1.0 if column == 2 else 0.0,
             )  # fmt: skip
-            D[0, column], D[1, column], D[2, column] = yielding(network, point, c, row, push)
-        multiply(D, network.J_i, c, KJ, 0, d, n)
-        multiply(D, network.J_j, c, KJ, d, d, n)
-        add_contact(network, direct, KJ, c, d, n)
+            D[row, column], D[row, 3 + column], D[row, 6 + column] = yielding(network, point, c, row, push)
 
 
 @kernel
-def multiply(D, J, c, KJ, first, d, n):
-    """D J[c] to the rows of KJ from ``first`` on."""
-    for a in range(d):
-        for x in range(n):
-            total = D[a, 0] * J[c, 0, x] + D[a, 1] * J[c, 1, x]
-            KJ[first + a, x] = total + D[a, 2] * J[c, 2, x] if d == 3 else total
-
-
-@kernel
-def rate_of_contact(network, direct, dv, c, d, n):
+def rate_of_contact(network, tree, dv, c, d, n):
     """J dv of contact c as (N, T1, T2), with T2 = 0 in the plane."""
     g_N = g_1 = g_2 = 0.0
     for side in range(2):
-        row = direct.factor.columns.place[network.i[c] if side == 0 else network.j[c]]
+        row = tree.place[network.i[c] if side == 0 else network.j[c]]
         if row >= 0:
             J = network.J_i if side == 0 else network.J_j
             for x in range(n):
@@ -300,14 +288,14 @@ def rate_of_contact(network, direct, dv, c, d, n):
 
 
 @kernel
-def find_step(network, direct, point, k, d, n):
+def find_step(network, tree, fronts, point, k, d, n):
     """dx and dy for the target, with the factors at hand."""
-    find_rates(network, direct, point, k, d, n)
+    find_rates(network, tree, fronts, point, k, d, n)
     islands, r = network.islands, point.target
     first = islands.contact_start[k]
     for at in range(first, islands.contact_start[k + 1]):
         c, row = islands.contacts[at], at - first
-        g_N, g_1, g_2 = rate_of_contact(network, direct, direct.step, c, d, n)
+        g_N, g_1, g_2 = rate_of_contact(network, tree, fronts.x, c, d, n)
         less_N, less_1, less_2 = yielding(network, point, c, row, push_of_rate(network, point, c, row, g_N, g_1, g_2))
         P_N, P_1, P_2 = wanted_push(network, point, c, row)
         s, unit = 1.0 if is_joint(network, c) else slope(network, c)[0], 1.0 / point.P_unit[row]
@@ -320,20 +308,19 @@ def find_step(network, direct, point, k, d, n):
 
 
 @kernel
-def find_rates(network, direct, point, k, d, n):
-    """dv, to the steps of the bodies."""
-    islands, columns, step = network.islands, direct.factor.columns, direct.step
-    begin, end = islands.body_start[k], islands.body_start[k + 1]
-    for row in range(begin, end):
+def find_rates(network, tree, fronts, point, k, d, n):
+    """dv, by places."""
+    islands, step = network.islands, fronts.x
+    for row in range(islands.body_start[k + 1] - islands.body_start[k]):
         for x in range(n):
             step[row, x] = 0.0
     first = islands.contact_start[k]
     for at in range(first, islands.contact_start[k + 1]):
         c = islands.contacts[at]
         P_N, P_1, P_2 = wanted_push(network, point, c, at - first)
-        pull(step, columns.place[network.i[c]], network.J_i, c, (-P_N, -P_1, -P_2), d, n)
-        pull(step, columns.place[network.j[c]], network.J_j, c, (-P_N, -P_1, -P_2), d, n)
-    back_substitute(direct.factor, direct.desk.square, begin, end, step, n)
+        pull(step, tree.place[network.i[c]], network.J_i, c, (-P_N, -P_1, -P_2), d, n)
+        pull(step, tree.place[network.j[c]], network.J_j, c, (-P_N, -P_1, -P_2), d, n)
+    solve_fronts(tree, fronts, n)
 
 
 @kernel
@@ -371,21 +358,21 @@ def correct(network, point, k, tau):
 
 
 @kernel
-def advance(network, direct, point, k, d, n):
+def advance(network, direct, tree, fronts, point, k, d, n):
     """A predictor and a corrector; False where the numbers run out."""
     gap = find_residual(network, point, k, d, n)
     if not gap > 0.0:
         return False
-    assemble(network, direct, point, k, d, n)
+    find_stiffness(network, point, k, d)
     direct.desk.factors += 1
     islands = network.islands
-    if not factorise(direct.factor, direct.desk.square, islands.body_start[k], islands.body_start[k + 1], False, n):
+    if not factorise_fronts(network, tree, fronts, point.D, k, d, n):
         return False
-    find_step(network, direct, point, k, d, n)
+    find_step(network, tree, fronts, point, k, d, n)
     _, ahead = longest_step(network, point, k, 1.0)
     share = min(1.0, max(0.0, ahead / gap))
     correct(network, point, k, share**point.centring * gap)
-    find_step(network, direct, point, k, d, n)
+    find_step(network, tree, fronts, point, k, d, n)
     length, ahead = longest_step(network, point, k, point.part)
     if not (length > 0.0 and ahead < math.inf):
         return False
@@ -398,18 +385,15 @@ def advance(network, direct, point, k, d, n):
     return True
 
 
-@in_dimensions("boolean(int64, int64, int64, int64, float64, int64)")
-def go_inside(network_at, direct_at, point_at, k, tol, most, d):
-    """Take at most ``most`` steps from the impulses of island k; False where there is no room for its factors.
+@in_dimensions("void(int64, int64, int64, int64, int64, int64, float64, int64)")
+def go_inside(network_at, direct_at, tree_at, fronts_at, point_at, k, tol, most, d):
+    """Take at most ``most`` steps from the impulses of island k, whose fronts are laid out.
 
     The best impulses of the steps are left, their residual in the islands.
     """
     network, direct, point = view(network_at, Network), view(direct_at, Direct), view(point_at, Inside)
-    islands, n = network.islands, 3 * (d - 1)
-    if not is_laid_out(network, direct, direct.desk, k):
-        return False
+    tree, fronts, islands, n = view(tree_at, Tree), view(fronts_at, Fronts), network.islands, 3 * (d - 1)
     least, waited = math.inf, 0
-    direct.kappa[k] = 0.0  # the factors at hand are not those of ``al_newton``
     judge_island(network, k, d, n)
     copy_impulses(islands, k, network.P, direct.best, d)
     enter(network, point, k, d, n)
@@ -420,8 +404,7 @@ def go_inside(network_at, direct_at, point_at, k, tol, most, d):
         if error < least:
             least = error
             copy_impulses(islands, k, network.P, direct.best, d)
-        if least <= tol or waited == INTERIOR_PATIENCE or not advance(network, direct, point, k, d, n):
+        if least <= tol or waited == INTERIOR_PATIENCE or not advance(network, direct, tree, fronts, point, k, d, n):
             break
     copy_impulses(islands, k, direct.best, network.P, d)
     islands.residual[k] = judge_island(network, k, d, n)
-    return True

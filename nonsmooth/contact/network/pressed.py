@@ -12,7 +12,6 @@ the time, and interior points take 20 steps in place of 50. Sweeps find most of 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,25 +25,21 @@ from nonsmooth.contact.network.problem import Network, judge_network, prepare_ne
 from nonsmooth.jit.blocks import new
 
 SURELY_OPEN = 3e-3  # measured: with 1e-2 5 % more contacts are kept; with 1e-3 some are missing in 3 of 6 of spheres
-# measured: of 20 islands of 1000 spheres all are solved from 0.02, in 424 factors; from 1e-3 in the way of ``STARTS``
-# in 512, and one is not. 54 islands of 300 discs take 528 factors, and 643
+# measured: of 30 islands of 1000 falling spheres and of a pile of 2048 the first start solves 28, in 20 steps in the
+# mean; 0.02 with the centring 0.7 26, 0.3 with 3 20. Of 1000 steps of 300 discs one is missed where it is not the first
 PRESSED_STARTS = {
-    2: (Start(1e-3, 1e-6, CENTRING, 0.99, True), *STARTS),
-    3: (Start(0.02, 1e-6, 0.7, 0.95, True), Start(0.1, 1e-6, 0.7, 0.99, True), Start(1e-3, 1e-6)),
+    2: (Start(0.1, 1e-6, 1.0, 0.95, True), Start(1e-3, 1e-6, CENTRING, 0.99, True), *STARTS),
+    3: (Start(0.1, 1e-6, 1.0, 0.95, True), Start(0.02, 1e-6, 0.7, 0.95, True), Start(0.1, 1e-6, 0.7, 0.99, True)),
 }
-# measured: steps, and factors of the digits: solved ones take 30 at most, and 5 to 20 where they lead anywhere
-PRESSED_MOST = (40, 30)
+# measured: steps, and factors of the digits: solved ones take 10 to 50, and 5 to 20 where they lead anywhere
+PRESSED_MOST = (50, 30)
 FIRST_FILL_OF_PART = 8  # measured: blocks of factors a body: falling spheres take 2 to 8, discs 1 to 3
-# measured: blocks of factors that are laid out for an island of many bodies, by dimension and for each body that
-# ``most_inside`` allows: of 600 steps of 1000 spheres that fall in a box 344 miss 1e-8 in 5 s without this rung; with
-# 2500 blocks 279 in 7.5 s, 4000 213 in 15, 4500 166 in 24, 5000 158 in 35, 6000 127 in 47
-FILL_OF_MANY = {2: 100.0, 3: 2.25}
 ADDITIONS = 5  # chosen: times that contacts are added; one is rare
 
 
-def solve_pressed(network: Network, k: int, tol: float, largest: float = math.inf) -> int:
-    """Improve the impulses of island k by its pressed contacts, to a residual of tol if that can be, with factors of no
-    more than ``largest`` blocks; how many they were. It judges velocities, gamma and residuals of all islands."""
+def solve_pressed(network: Network, k: int, tol: float) -> int:
+    """Improve the impulses of island k by its pressed contacts, to a residual of tol if that can be; how many factors
+    that took. It judges velocities, gamma and residuals of all islands."""
     contacts, made = contacts_of(network, k), 0
     judge_impulses(network)
     best, least = network.P[contacts].copy(), float(network.islands.residual[k])
@@ -52,7 +47,7 @@ def solve_pressed(network: Network, k: int, tol: float, largest: float = math.in
     network.P[contacts[~is_kept]] = 0.0
     for _ in range(ADDITIONS):
         starts = PRESSED_STARTS[network.b.shape[1]]
-        made += solve_part(network, contacts[is_kept], tol, starts, PRESSED_MOST, largest)
+        made += solve_part(network, contacts[is_kept], tol, starts, PRESSED_MOST)
         judge_impulses(network)
         if network.islands.residual[k] < least:
             best, least = network.P[contacts].copy(), float(network.islands.residual[k])
@@ -106,14 +101,14 @@ def part_of(network: Network, contacts: np.ndarray) -> Network:
 
 
 def solve_part(network: Network, contacts: np.ndarray, tol: float, starts: Sequence[Start],
-               most: tuple[int, int], largest: float = math.inf) -> int:  # fmt: skip
+               most: tuple[int, int]) -> int:  # fmt: skip
     """Solve the islands of some contacts that are above tol, for their impulses; how many factors that took."""
     part, made = part_of(network, contacts), 0
-    islands, fill = part.islands, int(min(FIRST_FILL_OF_PART * len(part.v), largest))
+    islands, fill = part.islands, FIRST_FILL_OF_PART * len(part.v)
     direct = room_for(part, fill)
     for k in np.flatnonzero(~(islands.residual[: islands.count] <= tol)):
-        while not from_inside(part, direct, int(k), tol, tol, starts, most) and fill < largest:
-            made, fill = made + int(direct.desk.factors), int(min(int(direct.desk.graph.wanted), largest))
+        while not from_inside(part, direct, int(k), tol, tol, starts, most):
+            made, fill = made + int(direct.desk.factors), int(direct.desk.graph.wanted)
             direct = room_for(part, fill)
     network.P[contacts] = part.P
     return made + int(direct.desk.factors)

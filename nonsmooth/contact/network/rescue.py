@@ -11,7 +11,6 @@ other islands that are met never come here. Where interior points led nowhere th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -22,7 +21,7 @@ from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.matrices import softness
 from nonsmooth.contact.network.patience import INTERIOR, note_outcome
-from nonsmooth.contact.network.pressed import FILL_OF_MANY, contacts_of, solve_pressed, solve_whole
+from nonsmooth.contact.network.pressed import contacts_of, solve_pressed, solve_whole
 from nonsmooth.contact.network.problem import Network, judge_network
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
@@ -82,8 +81,7 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
     if bodies <= EXACT_BODIES:
         islands.factors[k] += solve_whole(network, k, goal, STARTS_OF_FEW)
     if not islands.residual[k] <= goal:
-        largest = FILL_OF_MANY[network.b.shape[1]] * solver.most_inside if bodies > FEW_BODIES else math.inf
-        islands.factors[k] += solve_pressed(network, k, goal, largest)
+        islands.factors[k] += solve_pressed(network, k, goal)
     if not islands.residual[k] <= goal and EXACT_BODIES < bodies <= FEW_BODIES:
         islands.factors[k] += solve_whole(network, k, goal, STARTS)
     islands.rung[k] = BY_INTERIOR

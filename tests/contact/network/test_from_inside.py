@@ -9,11 +9,11 @@ import nonsmooth as ns
 from nonsmooth.catalogue import DominoRow
 from nonsmooth.contact.network import from_inside as driver
 from nonsmooth.contact.network import interior, rescue
-from nonsmooth.contact.network.al_newton import begin_direct, is_laid_out
-from nonsmooth.contact.network.block_factor import factorise
+from nonsmooth.contact.network.al_newton import begin_direct
 from nonsmooth.contact.network.from_inside import STARTS, from_inside
 from nonsmooth.contact.network.interior import Inside, go_inside, shifted
 from nonsmooth.contact.network.joint import JOINED
+from nonsmooth.contact.network.multifrontal import factorise_fronts, lay_out_fronts
 from nonsmooth.contact.network.patience import begin_problem
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
@@ -52,7 +52,10 @@ SCENES = {
 
 def take_steps_inside(network, solver, point, most):
     begin_direct(network.address, solver.direct.address)
-    return go_inside(network.address, solver.direct.address, point.address, 0, 0.0, most, network.b.shape[1])
+    tree, fronts = lay_out_fronts(network, solver.direct, 0)
+    blocks = network, solver.direct, tree, fronts, point
+    go_inside(*(block.address for block in blocks), 0, 0.0, most, network.b.shape[1])
+    return tree, fronts
 
 
 def point_of(network, shift=0.0):
@@ -76,16 +79,15 @@ def test_a_step_solves_the_linearised_equations_of_the_assembled_problem(name):
     network = SCENES[name]()
     solver, point = solver_of(network), point_of(network)
     d, n = network.b.shape[1], network.v.shape[1]
-    assert take_steps_inside(network, solver, point, 4)
-    direct, islands = solver.direct, network.islands
+    tree, fronts = take_steps_inside(network, solver, point, 4)
+    islands = network.islands
     network.P[:] = 0.0
     interpreted(interior.leave)(network, point, 0, d)
     judge(network)
-    assert interpreted(is_laid_out)(network, direct, direct.desk, 0)
     assert interpreted(interior.find_residual)(network, point, 0, d, n) > 0.0
-    interpreted(interior.assemble)(network, direct, point, 0, d, n)
-    assert interpreted(factorise)(direct.factor, direct.desk.square, 0, int(islands.body_start[1]), False, n)
-    interpreted(interior.find_step)(network, direct, point, 0, d, n)
+    interpreted(interior.find_stiffness)(network, point, 0, d)
+    assert interpreted(factorise_fronts)(network, tree, fronts, point.D, 0, d, n)
+    interpreted(interior.find_step)(network, tree, fronts, point, 0, d, n)
     problem = assembled(network)
     contacts = islands.contacts[: islands.contact_start[1]]
     slopes = np.where(network.mu[contacts] > 0.0, network.mu[contacts], 1.0)
@@ -94,9 +96,9 @@ def test_a_step_solves_the_linearised_equations_of_the_assembled_problem(name):
     impulses = np.zeros((len(network.i), d))
     impulses[contacts] = dP[:, :d]
     dv = np.einsum("bxy,by->bx", network.M_inv, np.einsum("cbx,c->bx", problem.J, impulses.ravel()))
-    of_bodies = direct.factor.columns.body[: islands.body_start[1]]
+    of_bodies = tree.body[: islands.body_start[1]]
     size = np.abs(dv).max()
-    np.testing.assert_allclose(direct.step[: len(of_bodies)], dv[of_bodies], atol=ROUNDED * size)
+    np.testing.assert_allclose(fronts.x[: len(of_bodies)], dv[of_bodies], atol=ROUNDED * size)
     rates = np.zeros((len(network.i), 3))
     rates[:, :d] = np.einsum("cbx,bx->c", problem.J, dv).reshape(-1, d)
     for row, c in enumerate(contacts):
@@ -147,12 +149,12 @@ def test_interpreted_steps_have_the_same_bits(name):
     for each, is_compiled in ((network, True), (twin, False)):
         solver, point = solver_of(each), point_of(each, 1e-6)
         begin_direct(each.address, solver.direct.address)
-        d = each.b.shape[1]
         if is_compiled:
-            assert take_steps_inside(each, solver, point, most)
+            tree, fronts = take_steps_inside(each, solver, point, most)
         else:
-            assert interpreted(go_inside)(each, solver.direct, point, 0, 0.0, most, d)
-        ends.append(np.concatenate([each.words, point.words, solver.words]).view(np.int64))
+            tree, fronts = lay_out_fronts(each, solver.direct, 0)
+            interpreted(go_inside)(each, solver.direct, tree, fronts, point, 0, 0.0, most, each.b.shape[1])
+        ends.append(np.concatenate([each.words, point.words, solver.words, fronts.words]).view(np.int64))
     np.testing.assert_array_equal(*ends)
 
 
@@ -160,11 +162,11 @@ def test_interpreted_steps_have_the_same_bits(name):
 def test_joints_alone_have_no_inside_and_keep_their_impulses(dim):
     network = hanging_bridge(dim, is_free=True)
     solver = solver_of(network)
-    assert (
-        interpreted(go_inside)(network, solver.direct, point_of(network), 0, 0.0, 5, network.b.shape[1])
-        and not network.P.any()
-    )
-    assert take_steps_inside(network, solver, point_of(network), 5) and not network.P.any()
+    take_steps_inside(network, solver, point_of(network), 5)
+    assert not network.P.any()
+    laid_out = lay_out_fronts(network, solver.direct, 0)
+    interpreted(go_inside)(network, solver.direct, *laid_out, point_of(network), 0, 0.0, 5, network.b.shape[1])
+    assert not network.P.any()
 
 
 def test_where_it_leads_nowhere_it_is_left_out_for_a_while(monkeypatch):
@@ -193,11 +195,10 @@ def test_every_distance_is_tried_and_the_best_impulses_are_left(monkeypatch):
     assert from_inside(network, solver.direct, 0, 1e-9, 1e-11)
     solved, least = network.P.copy(), judge(network)
 
-    def spoil(network_at, direct_at, point_at, k, tol, most, d):
+    def spoil(*_):
         tried.append(points[-1].start)
         network.P[:] = 0.0
         network.islands.residual[0] = 1.0
-        return True
 
     def remembered(*arguments, **sizes):
         points.append(new(*arguments, **sizes))

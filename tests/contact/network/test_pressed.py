@@ -63,15 +63,6 @@ def test_no_bit_depends_on_the_room_for_factors(monkeypatch):
     np.testing.assert_array_equal(*ends)
 
 
-def test_islands_whose_factors_are_too_large_are_left_as_they_are():
-    network = swept(60, 3)
-    before = judge(network)
-    solve_pressed(network, 0, TOL, largest=1)
-    assert TOL < judge(network) <= before
-    solve_pressed(network, 0, TOL)
-    assert judge(network) <= TOL
-
-
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_part_has_the_velocities_of_the_whole_where_the_others_have_no_impulse(dim):
     network = swept(40, dim)
@@ -92,3 +83,17 @@ def test_a_falling_heap_of_discs_is_solved_in_every_step():
         scene.body(ns.Disc(0.05), density=1000, position=place)
     stats = ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=1e-3), every=100).stats
     assert stats.missed == 0 and stats.most_contacts > 400
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_shaken_packing_is_solved_in_every_step(seed):
+    """343 spheres, each in the middle of four of the layer below, thrown at random: 1650 contacts, many next to the
+    edge of the cone. With `interior=200` three of five steps are left at 1e-3."""
+    rng = np.random.default_rng(seed)
+    scene = ns.Scene(gravity=(0, 0, -9.81), material=ns.Material(mu=0.4))
+    scene.fixed(ns.HalfSpace((0, 0, 1)))
+    for layer, x, y in np.ndindex(7, 7, 7):
+        place = (0.1 * x + 0.05 * (layer % 2), 0.1 * y + 0.05 * (layer % 2), 0.05 + 0.0708 * layer)
+        scene.body(ns.Sphere(0.05), density=1000, position=place, velocity=0.5 * rng.normal(size=3))
+    stats = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=2e-3)).stats
+    assert stats.missed == 0 and stats.methods["interior points"] >= 3 and stats.most_contacts > 1600
