@@ -32,7 +32,9 @@ from models.scenes.masonry_arch import MasonryArch as MasonryArch
 from models.scenes.newtons_cradle import NewtonsCradle as NewtonsCradle
 from models.scenes.pyramid import Pyramid as Pyramid
 from models.scenes.rattleback import Rattleback as Rattleback
+from models.scenes.rimless_wheel import RimlessWheel as RimlessWheel
 from models.scenes.rolling_wheel import RollingWheel as RollingWheel
+from models.scenes.shoe_brake import ShoeBrake as ShoeBrake
 from models.scenes.slip_to_roll import SlipToRoll as SlipToRoll
 from models.scenes.sphere_box import SphereBox as SphereBox
 from models.scenes.tippe_top import TippeTop as TippeTop

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models.scenes import CrankInSlot, DoublePendulum, FourBars, Gripper, JammingDrawer
+from models.scenes import CrankInSlot, DoublePendulum, FourBars, Gripper, JammingDrawer, RimlessWheel, ShoeBrake
 
 
 def run(model, t_end, dt=None):
@@ -94,3 +94,38 @@ def test_a_slider_crank_of_bodies_is_the_one_of_three_angles():
         errors.append(np.abs(model.angles(sol) - exact))
         assert errors[-1][:, :2].max() < 1.5e-3 and errors[-1][:, 2].max() < 1e-2
     assert 3.5 < errors[0][1].max() / errors[1][1].max() < 4.5
+
+
+@pytest.mark.parametrize("spin", [30.0, -30.0])
+def test_a_brake_slows_its_wheel_by_the_balance_of_its_lever(spin):
+    model = ShoeBrake(spin=spin)
+    sol = run(model, 1.2 * model.stop_time())
+    expected = spin * np.maximum(0.0, 1 - sol.t / model.stop_time())
+    assert abs(sol["wheel"].spin - expected).max() < 1e-9 * abs(spin)
+    assert abs(sol["wheel"].spin[-1]) < 1e-12
+
+
+@pytest.mark.parametrize("F", [50.0, 1e-3])
+def test_a_brake_that_locks_stops_its_wheel_at_once(F):
+    model = ShoeBrake(mu=0.81, F=F)
+    assert model.locks() and not ShoeBrake(mu=0.81, spin=-30.0).locks() and not ShoeBrake(mu=0.79).locks()
+    sol = run(model, 0.01)
+    assert abs(sol["wheel"].spin[1:]).max() < 1e-6 * model.spin
+
+
+def test_a_rimless_wheel_comes_to_its_gait():
+    """Before the last landings, of which a step of dt is late by up to itself: w changes by g dt/l in it."""
+    model = RimlessWheel(rate=5.0)
+    sol = run(model, 6.0)
+    rate = -sol["wheel"].spin
+    last = rate[sol.t > 5.0]
+    assert last.max() == pytest.approx(model.gait(), abs=2 * model.g * model.dt / model.l)
+    assert last[last > 0].min() < model.kept() * model.gait() + 0.02
+    assert sol["wheel"].position[-1, 0] > 20 * 2 * model.l * math.sin(model.alpha) * 0.5
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.99, False), (1.01, True)])
+def test_a_rimless_wheel_passes_over_its_foot_or_rocks_back(share, passes):
+    model = RimlessWheel(rate=share * RimlessWheel().least_rate())
+    sol = run(model, 2.0)
+    assert (sol["wheel"].turn.min() < -model.alpha) == passes
