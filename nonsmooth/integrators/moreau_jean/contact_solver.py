@@ -23,8 +23,8 @@ class ContactSolver:
         more than 3e-4 of the smallest shape, in space 1e-3.
     interior : int
         The most bodies of an island that interior points solve where nothing else came to `tol`; 0 is none. They take
-        1 to 3 ms of 300 discs, 0.1 to 0.5 s of 1000 spheres that fall and 0.3 to 1.5 s of 2000 in a pile. With `tol`
-        above 1e-5 it is 200 at most.
+        1 to 3 ms of 300 discs, 0.1 to 0.5 s of 1000 spheres that fall and 1 s of 2000 in a pile in the mean, and up to
+        8 s. With `tol` above 1e-5 it is 200 at most.
     on_residual : {"warn", "raise"}
         What happens where the residual of a step is above ``tol``: one warning at the end, or a `StepFailure` there.
     may_sleep : bool
