@@ -60,6 +60,7 @@ class Kernel:
         self.is_late = is_late
         self._slot = ctypes.c_size_t(0)
         functools.update_wrapper(self, function)
+        self.place = f"{function.__module__}:{function.__name__}"  # where another process finds it
 
     @functools.cached_property
     def dispatcher(self) -> Any:
@@ -345,7 +346,10 @@ def in_dimensions(signature: str) -> Callable[[Callable], InDimensions]:
         source, name = {"source": Kernel(function)}, function.__name__
         planar = _handing_on(function, "{given}", "return source({given}, 2)", source, f"{name}_planar")
         spatial = _handing_on(function, "{given}", "return source({given}, 3)", source, f"{name}_spatial")
-        return InDimensions(function, Kernel(planar, signature), Kernel(spatial, signature))
+        found = InDimensions(function, Kernel(planar, signature), Kernel(spatial, signature))
+        for d, entry_point in found.of.items():
+            entry_point.place = f"{function.__module__}:{name}[{d}]"
+        return found
 
     return entry_points
 

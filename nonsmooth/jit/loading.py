@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from nonsmooth.jit.at_work import is_stopped
 from nonsmooth.jit.cache import is_usable, words_of
@@ -144,7 +145,7 @@ def may_start_process() -> bool:
 def start_process(pipes: tuple[int, ...], kernels: list[Kernel]) -> subprocess.Popen | None:
     """A process that compiles to disk what is its turn, or None where none can be started."""
     package = str(ROOT / "nonsmooth" / "__init__.py")
-    names = [f"{kernel.function.__module__}:{kernel.function.__name__}" for kernel in kernels]
+    names = [kernel.place for kernel in kernels]
     try:
         return subprocess.Popen(
             [sys.executable, "-P", "-c", COMPILE, package, " ".join(map(str, pipes)), *names],
@@ -158,8 +159,15 @@ def start_process(pipes: tuple[int, ...], kernels: list[Kernel]) -> subprocess.P
 
 
 def compile_named(pipes: tuple[int, ...], names: list[str]) -> None:
-    """Compile entry points given as ``module:function``, those whose turn it is."""
-    for name in in_turn(pipes, names):
-        module, function = name.split(":")
-        __import__(module)
-        getattr(sys.modules[module], function).load()
+    """Compile entry points given by their places, those whose turn it is."""
+    for place in in_turn(pipes, names):
+        kernel_at(place).load()
+
+
+def kernel_at(place: str) -> Kernel:
+    """The entry point at ``module:function``, or at ``module:function[d]`` where there is one for each dimension."""
+    module, name = place.split(":")
+    __import__(module)
+    name, _, d = name.removesuffix("]").partition("[")
+    found: Any = getattr(sys.modules[module], name)
+    return found[int(d)] if d else found  # type: ignore[no-any-return]

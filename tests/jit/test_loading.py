@@ -8,13 +8,15 @@ import weakref
 
 import pytest
 
+import nonsmooth as ns
+from models import BilliardBall, BouncingBall, SlidingBlock
 from nonsmooth.contact.blocks.interior import direction, longest_step
 from nonsmooth.integrators.assembly.step import stages_of
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_forces
 from nonsmooth.jit import cache, turns
 from nonsmooth.jit.cache import no_collection
-from nonsmooth.jit.loading import STARTUP_CODE, kernels_of, shares, size_of, work_of
+from nonsmooth.jit.loading import STARTUP_CODE, kernel_at, kernels_of, shares, size_of, work_of
 
 LOAD = """
 import sys
@@ -56,6 +58,22 @@ def test_processes_have_about_as_much_to_compile(dim, processes):
     sizes = [work_of(here), *(STARTUP_CODE + work_of(part) for part in elsewhere)]
     even = sum(sizes) / processes
     assert max(sizes) <= max(1.2 * even, STARTUP_CODE + max(map(size_of, kernels)))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_another_process_finds_each_entry_point_of_a_scene_by_its_place(dim):
+    """A process that did not would end without a word, and leave all to this one."""
+    stages = stages_of(dim, has_restitution=True)
+    kernels = [stages.take, stages.find, *stages.others]
+    assert [kernel_at(kernel.place) for kernel in kernels] == kernels
+    assert len({kernel.place for kernel in kernels}) == len(kernels)
+
+
+@pytest.mark.parametrize("integrator", [ns.MoreauJean(1e-3), ns.Adaptive(), ns.EventDriven(), ns.Penalty(1e6)])
+@pytest.mark.parametrize("model", [BouncingBall(), SlidingBlock(mu=0.3), BilliardBall()])
+def test_another_process_finds_each_entry_point_of_a_system_by_its_place(integrator, model):
+    kernels = integrator.entry_points(model.system())
+    assert [kernel_at(kernel.place) for kernel in kernels] == kernels
 
 
 @pytest.mark.skipif(not turns.CAN_HAND_ON, reason="each keeps to its share there")
