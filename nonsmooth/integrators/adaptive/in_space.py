@@ -10,9 +10,9 @@
 e' is e without what closed contacts make of the velocities: a plain step has gamma_N = 0 with the rows of a place that
 it expects, which is off by h^2. That is mended by the next step, and does not add up. So it is taken out of the
 difference of the velocities, along the impulses of the contacts in their modes (``mend``).
-A plain step closes a contact whose gap is negative at its mid-point. One that lands in
-the last quarter is closed by neither: where a gap is negative in the end, e is twice what the coordinates moved by
-since it was zero.
+
+A plain step closes a contact whose gap is negative at its mid-point. One that lands in the last quarter is closed by
+neither: where a gap is negative in the end, e is twice what the coordinates moved by since it was zero.
 
 Where e is larger all is put back to the beginning, and a shorter step is tried. For q' = B u and friction in two
 directions, where modes are not held between events as in the plane (adaptive/loop.py): each plain step decides them.
