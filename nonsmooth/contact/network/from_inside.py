@@ -4,9 +4,9 @@
     from where they end:                                    the augmented Lagrangian (``al_newton``)
 
 Each distance comes with a shift of its own. Where one path fails another ends; a small shift ends what a large one
-only creeps to, as a train of dominoes, and a large one what a small one leaves in its roundings, as a heap. All
-begin at the same impulses: what one path has led near the solution may be where the next ones are caught too. The
-impulses of the least residual are left.
+only creeps to, as a train of dominoes, and a large one what a small one leaves in its roundings, as a heap. Each
+begins at the best impulses so far: from the first ones two of 350 steps of 300 spheres that fall are missed, and a pile
+of 2048 takes a quarter longer. The impulses of the least residual are left.
 """
 
 from __future__ import annotations
@@ -56,15 +56,14 @@ def from_inside(network: Network, direct: Direct, k: int, tol: float, digits_tol
     """
     islands, d = network.islands, network.b.shape[1]
     contacts = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
-    begun, least = network.P[contacts].copy(), float(islands.residual[k])
-    best = begun
+    best, least = network.P[contacts].copy(), float(islands.residual[k])
     point = new(Inside, m=len(contacts))
     laid_out = lay_out_fronts(network, direct, k)
     if laid_out is None:
         return False
     at = network.address, direct.address, laid_out[0].address, laid_out[1].address, point.address
     for point.start, point.shift, point.centring, point.part, point.is_centred in starts:
-        network.P[contacts] = begun
+        network.P[contacts] = best
         go_inside(*at, k, tol, most[0], d)
         solve_by_al_newton(network.address, direct.address, k, digits_tol, most[1], d)
         if islands.residual[k] < least:

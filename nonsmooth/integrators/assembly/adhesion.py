@@ -2,7 +2,7 @@
 
     0 <= g_N  _|_  P_N + F dt >= 0,    |P_F| <= mu (P_N + F dt)
 
-With P' = P + F dt e_N these are the laws of a contact without adhesion, whose bodies F pulls together besides:
+With P' = P + F dt e_N these are the laws of a contact without adhesion, whose bodies F also pulls together:
 
     v = v_free - M^-1 J_N^T F dt + M^-1 J^T P'
 
