@@ -13,6 +13,7 @@ from models.lead_screw import LeadScrew as LeadScrew
 from models.mode_coupling import ModeCoupling as ModeCoupling
 from models.painleve_rod import PainleveRod as PainleveRod
 from models.pendulum import WallPendulum as WallPendulum
+from models.robot_finger import RobotFinger as RobotFinger
 from models.rocking_block import RockingBlock as RockingBlock
 from models.scenes.billiard_break import BilliardBreak as BilliardBreak
 from models.scenes.block_on_incline import BlockOnIncline as BlockOnIncline
@@ -46,6 +47,7 @@ from models.self_locking_rod import SelfLockingRod as SelfLockingRod
 from models.slider_crank import SliderCrank as SliderCrank
 from models.sliding_block import SlidingBlock as SlidingBlock
 from models.spatial_painleve_rod import SpatialPainleveRod as SpatialPainleveRod
+from models.spinning_top import SpinningTop as SpinningTop
 from models.sprag_slip import SpragSlip as SpragSlip
 from models.woodpecker import Woodpecker as Woodpecker
 from nonsmooth.catalogue.entries import load as load

@@ -251,9 +251,9 @@ def written(system, which, states, p):
 
 
 def test_every_model_is_derived_again():
-    """But for the ball, whose velocities are not the rates of its coordinates, and the rod in space, which its own
-    test derives by Newton's and Euler's equations."""
-    others = ["BilliardBall", "SpatialPainleveRod"]
+    """But for ball and top, whose velocities are not the rates of their coordinates, and the rod and the finger in
+    space: their own tests derive them."""
+    others = ["BilliardBall", "RobotFinger", "SpatialPainleveRod", "SpinningTop"]
     assert sorted([*(type(model).__name__ for model in AGAIN), *others]) == sorted(models.__all__)
 
 
