@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nonsmooth.checks.files import ANIMATION_ENDINGS, FIGURE_ENDINGS, PAGE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
@@ -15,15 +15,7 @@ from nonsmooth.commands.outputs import (
     add_printed,
     add_progress,
     add_saved,
-    event_as_json,
     progress_of_run,
-)
-from nonsmooth.commands.run_scene import (
-    require_kinds,
-    require_scene_options,
-    scene_as_json,
-    scene_records,
-    simulate_scene,
 )
 from nonsmooth.commands.terminal import FAILED, complain, figure_path
 from nonsmooth.commands.typed_input import (
@@ -34,16 +26,17 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
-from nonsmooth.commands.typed_model import MODEL, typed_model
-from nonsmooth.commands.typed_model import is_scene as is_scene_model
+from nonsmooth.commands.typed_model import MODEL, is_scene, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 from nonsmooth.results.failures import StepFailure
+
+if TYPE_CHECKING:
+    from nonsmooth.results.recorded import Kinds
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5", ".nc")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 UNNAMED = Path(".html")  # code: of a player whose file was not named
-AT_THE_END = ("t", "q", "u", "g_N", "mode")  # chosen: columns whose last row is printed
-PICTURED = 6  # chosen: instants of the picture of a scene, which fill two rows of three
+PICTURED = 6  # chosen: instants of a picture, which fill two rows of three
 
 
 def add_run(run: argparse.ArgumentParser) -> None:
@@ -134,18 +127,16 @@ def add_pictures(options: Options) -> None:
 def act_run(arguments: argparse.Namespace) -> int:
     """``nonsmooth run``."""
     model = typed_model(arguments, takes_scenes=True)
-    is_scene = is_scene_model(model)
-    figure = require_outputs(model, is_scene, arguments)
-    return act_on(simulate_runnable(model, is_scene, arguments), is_scene, arguments, figure)
+    figure = require_outputs(model, arguments)
+    return act_on(simulate_runnable(model, arguments), arguments, figure)
 
 
-def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -> Path | None:
+def require_outputs(model: Any, arguments: argparse.Namespace) -> Path | None:
     """Raise before the run for options that do not fit and files that could not be written; the path of the figure."""
-    if is_scene:
-        require_scene_options(arguments)
-        require_kinds(arguments)
-    else:
-        require_kinds_of_system(arguments)
+    from nonsmooth.results.recorded import KINDS_OF_SCENE, KINDS_OF_SYSTEM
+
+    of_scene = is_scene(model)
+    require_kinds(KINDS_OF_SCENE if of_scene else KINDS_OF_SYSTEM, arguments)
     if arguments.view == UNNAMED:
         arguments.view = Path(f"{arguments.model}.html")
     require_files(arguments)
@@ -155,23 +146,37 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
     if arguments.live:
         require_module("viser", "live", "live views")
     is_drawn = arguments.picture or arguments.animate or arguments.view or arguments.live
-    if is_drawn and not is_scene and not has_shape(model):
+    if is_drawn and not of_scene and not has_shape(model):
         raise InvalidInput(
             f"the model {arguments.model} has no shape(q) to draw: give it one, as System(shape=...), or leave "
             "--picture, --animate, --view, --live out"
         )
     figure = figure_path(arguments)
-    require_panels(arguments.panels, is_scene, figure)
+    require_panels(arguments.panels, of_scene, figure)
     return figure
 
 
-def require_panels(panels: list[str] | None, is_scene: bool, figure: Path | None) -> None:
+def require_kinds(kinds_of_run: Kinds, arguments: argparse.Namespace) -> None:
+    """Raise `InvalidInput` for a --record of what no such run records, and for drawings of what it leaves out.
+
+    The figure that is drawn unasked is left out where it would be empty."""
+    kinds = set(kinds_of_run.chosen(arguments.record))
+    arguments.no_plot = arguments.no_plot or not (arguments.plot or kinds & set(kinds_of_run.plotted))
+    needs = {"plot": kinds_of_run.plotted, **dict.fromkeys(("picture", "animate", "view"), (kinds_of_run.drawn,))}
+    for option, needed in needs.items():
+        if getattr(arguments, option) and not kinds & set(needed):
+            raise InvalidInput(
+                f"--{option} needs {' or '.join(needed)}, which --record leaves out; add them, or leave --{option} out"
+            )
+
+
+def require_panels(panels: list[str] | None, of_scene: bool, figure: Path | None) -> None:
     """Raise for --panels without a figure, and for a name that no figure of such a run has."""
     if panels is None:
         return
     from nonsmooth.drawing import plots, scene_histories
 
-    plots.asked_for(panels, scene_histories.PANELS if is_scene else plots.PANELS)
+    plots.asked_for(panels, scene_histories.PANELS if of_scene else plots.PANELS)
     if figure is None:
         raise InvalidInput("--panels chooses what --plot draws; give --plot FILE")
 
@@ -192,44 +197,26 @@ def require_files(arguments: argparse.Namespace) -> None:
         require_module("PIL", "plot", "animations")
 
 
-def require_kinds_of_system(arguments: argparse.Namespace) -> None:
-    """Raise `InvalidInput` for a --record of what no system records; where a figure would be empty, none is drawn."""
-    from nonsmooth.results.recorded import COORDINATES, LEDGER, VELOCITIES, kinds_of_system
-
-    kinds = kinds_of_system(arguments.record)
-    drawn = [name for name in ("picture", "animate", "view") if getattr(arguments, name)]
-    if COORDINATES not in kinds and drawn:
-        raise InvalidInput(
-            f"--{drawn[0]} draws bodies, which need coordinates of --record; add them, or leave --{drawn[0]} out"
-        )
-    if not {COORDINATES, VELOCITIES, LEDGER} & set(kinds) and not arguments.plot:
-        arguments.no_plot = True
-
-
-def act_on(solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None) -> int:
+def act_on(solution: Any, arguments: argparse.Namespace, figure: Path | None) -> int:
     """Save, draw and tell a run; the exit code."""
     if arguments.out:
         solution.save(arguments.out)
     if solution.status.name == "INTERRUPTED":  # who ends a run waits for no drawing; what is saved can be drawn later
-        report(solution, is_scene, arguments, {})
+        report(solution, arguments, {})
         complain(f"{solution.message}; nothing is drawn")
         return INTERRUPTED
-    report(solution, is_scene, arguments, draw(solution, is_scene, arguments, figure))
+    report(solution, arguments, draw(solution, arguments, figure))
     if solution.success:
         return 0
     complain(solution.message)
     return FAILED
 
 
-def draw(
-    solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None
-) -> dict[str, Path | None]:  # fmt: skip
+def draw(solution: Any, arguments: argparse.Namespace, figure: Path | None) -> dict[str, Path | None]:
     """Draw what was asked for; the files by what they are."""
     figure = draw_histories(solution, figure, arguments.panels)
-    if arguments.picture and is_scene:
+    if arguments.picture:
         solution.picture(arguments.picture, n=PICTURED)
-    elif arguments.picture:
-        solution.picture(arguments.picture)
     if arguments.animate:
         solution.animate(arguments.animate)
     if arguments.view:
@@ -260,32 +247,22 @@ def has_shape(model: Any) -> bool:
     return as_system(model).described.shape is not None
 
 
-def simulate_runnable(model: Any, is_scene: bool, arguments: argparse.Namespace) -> Any:
-    """The run with the options of the command line; a failure comes back as a partial solution."""
-    start = None if is_scene else initial_state(model, arguments)
-    integrator = new_integrator(arguments, model)
+def simulate_runnable(model: Any, arguments: argparse.Namespace) -> Any:
+    """The run with the options of the command line; a failure comes back as a partial solution, and its contact problem
+    is written if that is wanted."""
     from nonsmooth.mechanics.start import own_time
+    from nonsmooth.runs.simulate import simulate_at_once
 
+    start = start_of_run(model, arguments)
+    integrator = new_integrator(arguments, model)
     t_end = own_time(model, "t_end") if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
-    progress = progress_of_run(arguments)
-    if start is None:
-        return simulate_scene(model, integrator, t_end, arguments, progress)
-    return simulate_model(model, start, integrator, t_end, arguments, progress)
-
-
-def simulate_model(
-    model: Any, start: Any, integrator: Any, t_end: float, arguments: argparse.Namespace, progress: Any
-) -> Any:
-    """The run of a model; where a step fails, its contact problem is written if that is wanted."""
-    from nonsmooth.runs.simulate import simulate_at_once
-
     try:
         return simulate_at_once(
             model, (0.0, t_end), *start, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
             selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
-            max_wall_time=arguments.max_wall_time, progress=progress,
+            max_wall_time=arguments.max_wall_time, progress=progress_of_run(arguments),
             checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
             view=arguments.live, record=arguments.record, threads=arguments.threads,
         )  # fmt: skip
@@ -293,6 +270,16 @@ def simulate_model(
         if arguments.dump_failure:
             dump(failure, arguments.dump_failure)
         return failure.solution
+
+
+def start_of_run(model: Any, arguments: argparse.Namespace) -> tuple[Any, ...]:
+    """The q0 and u0 of a model; none of a scene, whose bodies have their own: options of them raise `InvalidInput`."""
+    if not is_scene(model):
+        return initial_state(model, arguments)
+    for option in ("state", "q0", "u0"):
+        if getattr(arguments, option):
+            raise InvalidInput(f"--{option} is no option for {arguments.model}, a scene of bodies; leave it out")
+    return ()
 
 
 def dump(failure: StepFailure, path: Path) -> None:
@@ -306,15 +293,12 @@ def dump(failure: StepFailure, path: Path) -> None:
         complain(f"{path} is not written: {reason}")
 
 
-def report(
-    solution: Any, is_scene: bool, arguments: argparse.Namespace, drawn: dict[str, Path | None]
-) -> None:  # fmt: skip
+def report(solution: Any, arguments: argparse.Namespace, drawn: dict[str, Path | None]) -> None:
     """The outcome on stdout."""
     if arguments.json:
-        told = scene_as_json(solution) if is_scene else as_json(solution)
-        if arguments.t_eval is not None:
-            told["records"] = scene_records(solution) if is_scene else records(solution)
-        print(json.dumps(without_nan(told), allow_nan=False))
+        from nonsmooth.commands.results_of_runs import as_json
+
+        print(json.dumps(without_nan(as_json(solution, arguments.t_eval is not None)), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())
         written = {
@@ -323,44 +307,3 @@ def report(
         for what, path in written.items():
             if path:
                 print(f"{what}: {path}")
-
-
-def as_json(solution: Any) -> dict[str, Any]:
-    """What a script wants to know of a run, as far as it was recorded."""
-    from nonsmooth.results.recorded import EVENTS, LEDGER
-
-    told = {
-        "status": solution.status.name,
-        "message": solution.message,
-        **{name: last for name, (last,) in records(solution, AT_THE_END, slice(-1, None)).items()},
-        "coordinates": [name for name, _ in solution.described.coordinates],
-        "contacts": list(solution.described.contacts),
-        "units": units_of(solution),
-        "stats": solution.stats.as_dict(),
-    }
-    if EVENTS in solution.recorded:
-        told["events"] = [event_as_json(event) for event in solution.events]
-        told["paradoxes"] = [event_as_json(event) for event in solution.paradoxes]
-    if LEDGER in solution.recorded:
-        told["ledger"] = {name: float(column[-1]) for name, column in solution.find_ledger([-1]).items()}
-    return told | {"about": solution.about}
-
-
-def units_of(solution: Any) -> dict[str, Any]:
-    """Units of the values that are printed."""
-    described = solution.described
-    q, u = ([unit for _, unit in pairs] for pairs in (described.coordinates, described.rates))
-    return {"t": "s", "q": q, "u": u, "g_N": "m", "P_N": "N s", "P_F": "N s", "ledger": "J"}
-
-
-def records(
-    solution: Any, names: tuple[str, ...] = (*AT_THE_END, "P_N", "P_F"), rows: slice = slice(None)
-) -> dict[str, Any]:  # fmt: skip
-    """Every record, of a run that is recorded at times that were asked for; what was not recorded is left out."""
-    from nonsmooth.mechanics.system import ContactMode
-
-    own = solution.__getstate__()
-    columns = {name: own[name][rows].tolist() for name in names if own[name] is not None}
-    if "mode" in columns:
-        columns["mode"] = [[ContactMode(code).name for code in row] for row in columns["mode"]]
-    return columns

@@ -32,13 +32,13 @@ def act_scene(arguments: argparse.Namespace) -> int:
                            "a scene of bodies is needed here")  # fmt: skip
     if arguments.saved:
         require_no_run(arguments)
-    figure = require_outputs(model, True, arguments)
+    figure = require_outputs(model, arguments)
     if not arguments.saved:
-        return act_on(simulate_runnable(model, True, arguments), True, arguments, figure)
+        return act_on(simulate_runnable(model, arguments), arguments, figure)
     solution = saved_run(model, arguments.saved)
     if arguments.out:
         solution.save(arguments.out)
-    report(solution, True, arguments, draw(solution, True, arguments, figure))
+    report(solution, arguments, draw(solution, arguments, figure))
     return 0
 
 

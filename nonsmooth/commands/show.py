@@ -43,7 +43,7 @@ def act_show(arguments: argparse.Namespace) -> int:
     require_panels(arguments.panels, is_scene, figure)
     if arguments.out:
         solution.save(arguments.out)
-    report(solution, is_scene, arguments, draw(solution, is_scene, arguments, figure))
+    report(solution, arguments, draw(solution, arguments, figure))
     return 0
 
 

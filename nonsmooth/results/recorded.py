@@ -8,7 +8,7 @@ Of a system all kinds are recorded where nothing is said; of a scene all but eve
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from nonsmooth.errors import InvalidInput, nearest, shown
 
@@ -25,39 +25,41 @@ KINDS = tuple(COLUMNS_OF)
 KINDS_OF_MOTION = (COORDINATES, VELOCITIES)
 KINDS_BETWEEN = (COORDINATES, VELOCITIES, MODES, EVENTS)  # what the motion within fixed steps is found with
 
-KINDS_UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded of a scene where nothing is said
-KINDS_OF_SCENE = (*KINDS_UNASKED, EVENTS, PAIRS)
+
+class Kinds(NamedTuple):
+    """What runs of systems, or those of scenes, record."""
+
+    all: tuple[str, ...]
+    unasked: tuple[str, ...]  # where nothing is said
+    motion: tuple[str, ...]  # what "motion" is short for
+    drawn: str  # what a picture of the bodies needs
+    plotted: tuple[str, ...]  # of which the figure of a run needs one at least
+
+    def chosen(self, record: Any) -> tuple[str, ...]:
+        """What is recorded, in the order of ``all``.
+
+        Raises
+        ------
+        InvalidInput
+            For what is no kind.
+        """
+        if record is None:
+            return self.unasked
+        known, listed = (*self.all, MOTION), (record,) if isinstance(record, str) else record
+        if not isinstance(listed, tuple | list) or not all(isinstance(one, str) and one in known for one in listed):
+            raise InvalidInput(f"record must be some of {', '.join(map(repr, known))}; got {shown(record)}")
+        wanted = {*listed, *(self.motion if MOTION in listed else ())}
+        return tuple(kind for kind in self.all if kind in wanted)
 
 
-def kinds_of_system(record: Any) -> tuple[str, ...]:
-    """What a run of a system records: all where nothing is said."""
-    return chosen_kinds(record, KINDS, KINDS, KINDS_OF_MOTION)
-
-
-def kinds_of_scene(record: Any) -> tuple[str, ...]:
-    """What a run of a scene records, in the order of ``KINDS_OF_SCENE``."""
-    return chosen_kinds(record, KINDS_OF_SCENE, KINDS_UNASKED, motion=(BODIES,))
-
-
-def chosen_kinds(
-    record: Any, kinds: tuple[str, ...], unasked: tuple[str, ...], motion: tuple[str, ...]
-) -> tuple[str, ...]:
-    """What is recorded, in the order of ``kinds``; ``unasked`` where nothing is said.
-
-    Raises
-    ------
-    InvalidInput
-        For what is no kind.
-    """
-    if record is None:
-        return unasked
-    listed = (record,) if isinstance(record, str) else record
-    if not isinstance(listed, tuple | list) or not all(
-        isinstance(one, str) and one in (*kinds, MOTION) for one in listed
-    ):
-        raise InvalidInput(f"record must be some of {', '.join(map(repr, (*kinds, MOTION)))}; got {shown(record)}")
-    wanted = {*listed, *(motion if MOTION in listed else ())}
-    return tuple(kind for kind in kinds if kind in wanted)
+KINDS_OF_SYSTEM = Kinds(KINDS, KINDS, KINDS_OF_MOTION, COORDINATES, (COORDINATES, VELOCITIES, LEDGER))
+KINDS_OF_SCENE = Kinds(
+    (BODIES, CONTACTS, LEDGER, EVENTS, PAIRS),
+    (BODIES, CONTACTS, LEDGER),
+    (BODIES,),
+    BODIES,
+    (BODIES,),
+)
 
 
 def not_recorded(name: str, kind: str) -> InvalidInput:

@@ -222,7 +222,7 @@ class SceneSolution(RecordsOfScene):
     def recorded(self) -> tuple[str, ...]:
         """What was recorded: "bodies", "contacts", "ledger", "events", "pairs"."""
         there = kinds_in(SCENE[self.dim], self.columns)
-        return tuple(kind for kind in KINDS_OF_SCENE if kind in there)
+        return tuple(kind for kind in KINDS_OF_SCENE.all if kind in there)
 
     @property
     def bodies(self) -> list[Body]:

@@ -20,7 +20,7 @@ from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record, no_rows
 from nonsmooth.results.events import MAX_EVENTS
-from nonsmooth.results.recorded import BODIES, CONTACTS, KINDS, KINDS_UNASKED, LEDGER, PAIRS
+from nonsmooth.results.recorded import BODIES, CONTACTS, KINDS, KINDS_OF_SCENE, LEDGER, PAIRS
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.solution import Solution
 from nonsmooth.results.table import scene_arrays, scene_rows
@@ -268,7 +268,7 @@ class SceneRecorder:
 
     is_resumed = False  # whether it writes a checkpoint
 
-    def __init__(self, kinds: tuple[str, ...] = KINDS_UNASKED) -> None:
+    def __init__(self, kinds: tuple[str, ...] = KINDS_OF_SCENE.unasked) -> None:
         self.kinds = kinds
 
     def require_room(self, run: SceneRun) -> None:

@@ -33,10 +33,10 @@ from nonsmooth.results.recorded import (
     EVENTS,
     GAPS,
     IMPULSES,
+    KINDS_OF_SCENE,
     LEDGER,
     MODES,
     VELOCITIES,
-    kinds_of_scene,
 )
 from nonsmooth.results.scene_bodies import SceneState
 from nonsmooth.results.scene_solution import SceneSolution
@@ -112,7 +112,7 @@ class SceneBySystem:
         functions: Sequence[Callable], refused: dict[str, Any],
     ) -> None:  # fmt: skip
         method = type(integrator).__name__
-        self.kinds = kinds_of_scene(record)
+        self.kinds = KINDS_OF_SCENE.chosen(record)
         require_taken_by_system(method, refused)
         self.scene, self.t_span, self.t_0 = scene, t_span, t_span[0]
         self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()

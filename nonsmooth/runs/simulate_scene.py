@@ -9,7 +9,7 @@ from typing import Any
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.results.recorded import PAIRS, kinds_of_scene
+from nonsmooth.results.recorded import KINDS_OF_SCENE, PAIRS
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.asked import Asked, require_integrator
@@ -42,7 +42,7 @@ def simulate_scene(scene: Scene, t_span: tuple[float, float] | None, integrator:
 
 def by_steps(scene: Scene, t_span: tuple[float, float], integrator: Integrator, asked: Asked) -> SceneSolution:
     """The run of an integrator that has steps of scenes."""
-    kinds, functions = kinds_of_scene(asked.record), as_functions(asked.events, OF_SCENE)
+    kinds, functions = KINDS_OF_SCENE.chosen(asked.record), as_functions(asked.events, OF_SCENE)
     recorder = SceneRecorder(kinds)
     if asked.has_checkpoint:
         facts = functools.partial(facts_of, t_span, asked.every, asked.t_eval, kinds, asked.project)
@@ -130,7 +130,7 @@ def steps_instead(integrator: Any, scene: Scene, t_0: float, asked: Asked) -> st
 def of_steps_alone(asked: Asked) -> dict[str, Any]:
     """Options that runs by the system of a scene do not take, as they were given; None or False where left out."""
     options = {"checkpoint": asked.checkpoint, "resume": asked.resume, "view": asked.view, "threads": asked.threads > 1}
-    return options | {'record="pairs"': PAIRS in kinds_of_scene(asked.record)}
+    return options | {'record="pairs"': PAIRS in KINDS_OF_SCENE.chosen(asked.record)}
 
 
 def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) -> tuple[Any, str | None]:

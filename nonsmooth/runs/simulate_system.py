@@ -23,7 +23,7 @@ from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.model_system import as_system, require_planar
 from nonsmooth.mechanics.start import the_start
 from nonsmooth.mechanics.system import UNILATERAL, System
-from nonsmooth.results.recorded import LEDGER, kinds_of_system
+from nonsmooth.results.recorded import KINDS_OF_SYSTEM, LEDGER
 from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import energy_gain, friction_gain, rebound_together
 from nonsmooth.runs.asked import Asked, require_integrator
@@ -46,7 +46,7 @@ def simulate_system(
     """`simulate` for a system, or a model of one."""
     if asked.threads > 1:
         raise InvalidInput("threads share the islands of a scene, and a system has none; leave out threads=")
-    functions, recorded = as_functions(asked.events, OF_SYSTEM), kinds_of_system(asked.record)
+    functions, recorded = as_functions(asked.events, OF_SYSTEM), KINDS_OF_SYSTEM.chosen(asked.record)
     system, t_span = as_system(model), span_of(model, t_span)
     q_0, u_0 = the_start(model, q0, u0, state, system)
     choice = as_choice(integrator)

@@ -11,7 +11,7 @@ from nonsmooth.checks.arrays import as_count, as_instance, as_number
 from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import running_time
-from nonsmooth.results.recorded import kinds_of_scene
+from nonsmooth.results.recorded import KINDS_OF_SCENE
 from nonsmooth.results.scene_bodies import SceneState
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.recorder import SceneRecorder
@@ -83,7 +83,7 @@ class Stepper:
                 raise InvalidInput("the scene has no dt; give integrator=ns.MoreauJean(dt)")
             integrator = MoreauJean(given.dt)
         method = as_instance("integrator", integrator, MoreauJean, "ns.MoreauJean(dt), whose steps are of one length")
-        t_0, recorder = as_number("t_0", t_0, "s"), SceneRecorder(kinds_of_scene(record))
+        t_0, recorder = as_number("t_0", t_0, "s"), SceneRecorder(KINDS_OF_SCENE.chosen(record))
         self._run = SteppedRun(given, (t_0, t_0 + method.dt), method, 1, None, recorder)
         self._run.dt = method.dt
         self._run.write_record()

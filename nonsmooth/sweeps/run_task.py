@@ -23,7 +23,7 @@ from nonsmooth.mechanics.model_system import as_system, idle_parameters
 from nonsmooth.mechanics.own_law import write_handles
 from nonsmooth.mechanics.start import answers_start, forms_of, own_state, split_state, start_of
 from nonsmooth.mechanics.system import System
-from nonsmooth.results.recorded import KINDS, kinds_of_system
+from nonsmooth.results.recorded import KINDS, KINDS_OF_SYSTEM
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.asked import SELECTIONS, require_integrator
 from nonsmooth.runs.simulate import simulate_whole
@@ -130,7 +130,7 @@ class RunTask:
         self.measures: dict[str, Measure] = {name: measure_named(name) for name in chosen if isinstance(name, str)}
         self.functions = [function for function in chosen if not isinstance(function, str)]
         as_name("selection rule", selection, SELECTIONS)
-        self.record = kinds_of_system(record)
+        self.record = KINDS_OF_SYSTEM.chosen(record)
         self.selection, self.every, self.window = selection, as_count("every", every), as_fraction("window", window)
         self.integrator = own_steps(model) if integrator is None else integrator
         require_integrator(self.integrator)

@@ -8,7 +8,7 @@ from typing import Any
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.jit import identity
-from nonsmooth.results.recorded import kinds_of_scene
+from nonsmooth.results.recorded import KINDS_OF_SCENE
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.asked import require_integrator
 from nonsmooth.runs.simulate import simulate_whole
@@ -75,7 +75,7 @@ class SceneTask(FunctionTask):
         if integrator is not None:
             require_integrator(integrator)
         self.t_span, self.integrator = None if t_span is None else as_span(t_span), integrator
-        self.every, self.record = as_count("every", every), kinds_of_scene(record)
+        self.every, self.record = as_count("every", every), KINDS_OF_SCENE.chosen(record)
 
     def identity(self) -> str:
         """Of the function that builds, those that measure, and of the run."""

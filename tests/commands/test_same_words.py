@@ -193,7 +193,7 @@ def test_a_scene_records_what_was_asked_for(tmp_path, monkeypatch, capsys):
     assert main(["run", *BALL, "--record", "bodies"]) == 2
     assert "record must be some of 'coordinates', 'velocities'" in capsys.readouterr().err
     assert main([*words, "--record", "contacts", "--plot", "a.png"]) == 2
-    assert "--plot draws bodies, which --record leaves out" in capsys.readouterr().err
+    assert "--plot needs bodies, which --record leaves out" in capsys.readouterr().err
 
 
 def test_progress_of_a_run_as_json(capsys):

@@ -12,7 +12,7 @@ import pytest
 import nonsmooth as ns
 from models import BeadChain, BeltOscillator, BouncingBall, PainleveRod, SpragSlip
 from nonsmooth.commands.cli import main
-from nonsmooth.results.recorded import KINDS, kinds_of_system
+from nonsmooth.results.recorded import KINDS, KINDS_OF_SYSTEM
 from nonsmooth.results.solution import KIND_OF
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.simulate_system import new_run
@@ -36,7 +36,7 @@ def run(model, start, t_end, integrator=STEP, **options):
 
 def assert_is_part(part, whole, wish):
     """What is kept has the bits of the whole run, and the rest is refused by name."""
-    assert part.recorded == kinds_of_system(wish)
+    assert part.recorded == KINDS_OF_SYSTEM.chosen(wish)
     assert part.t.tobytes() == whole.t.tobytes()
     for name in ARRAYS:
         kind = KIND_OF[name]
@@ -71,7 +71,9 @@ def test_the_steps_book_nothing_that_nobody_asks_for():
     model, start, t_end = SCENES["sprag slip"]
 
     def went(wish):
-        going = new_run(model.system(), STEP, (0.0, t_end), 1, None, *start, 0, False, Recorder(kinds_of_system(wish)))
+        going = new_run(
+            model.system(), STEP, (0.0, t_end), 1, None, *start, 0, False, Recorder(KINDS_OF_SYSTEM.chosen(wish))
+        )
         going.advance(None, None, None)
         return going
 
@@ -148,13 +150,13 @@ def test_a_checkpoint_holds_what_is_recorded_and_goes_on_to_the_same_bits(small,
     scene, path = SCENES["sprag slip"], tmp_path / "run.nsc"
     whole = run(*scene, integrator=integrator)
     begun = run(*scene, integrator=integrator, record=wish, checkpoint=path, max_steps=50, on_failure="return")
-    assert begun.status == ns.Status.BUDGET_SPENT and begun.recorded == kinds_of_system(wish)
+    assert begun.status == ns.Status.BUDGET_SPENT and begun.recorded == KINDS_OF_SYSTEM.chosen(wish)
     other = "events" if wish == () else None
     with pytest.raises(ns.InvalidInput, match="is of another run: its record is"):
         run(*scene, integrator=integrator, record=other, resume=path)
     assert_is_part(run(*scene, integrator=integrator, record=wish, resume=path), whole, wish)
     loaded = ns.Solution.load(path)
-    assert loaded.recorded == kinds_of_system(wish) and "not recorded" in loaded.summary()
+    assert loaded.recorded == KINDS_OF_SYSTEM.chosen(wish) and "not recorded" in loaded.summary()
 
 
 def test_a_checkpoint_read_without_its_model_tells_its_works(tmp_path):
@@ -166,13 +168,13 @@ def test_a_checkpoint_read_without_its_model_tells_its_works(tmp_path):
 def test_tables_pictures_and_summaries_leave_out_what_was_not_recorded(tmp_path, wish):
     pytest.importorskip("xarray"), pytest.importorskip("pandas"), pytest.importorskip("matplotlib")
     model, start, t_end = SCENES["sprag slip"]
-    part, kinds = run(model, start, t_end, record=wish), kinds_of_system(wish)
+    part, kinds = run(model, start, t_end, record=wish), KINDS_OF_SYSTEM.chosen(wish)
     data, table = part.to_xarray(), part.to_dataframe()
     columns = {"q": "th", "u": "thdot", "g_N": "g_N[0]", "P_N": "P_N[0]", "mode": "mode[0]"}
     for name, of_table in columns.items():
         assert (name in data) == (KIND_OF[name] in kinds) == (of_table in table.columns)
     assert ("friction" in data) == ("friction [J]" in table) == ("ledger" in kinds)
-    assert ("kinetic" in data) == ({"ledger", *kinds_of_system("motion")} <= set(kinds))
+    assert ("kinetic" in data) == ({"ledger", *KINDS_OF_SYSTEM.chosen("motion")} <= set(kinds))
     assert ("event_t" in data) == ("events" in kinds)
     assert part.summary().splitlines()[-1] == "not recorded: " + ", ".join(k for k in KINDS if k not in kinds)
     if {"coordinates", "velocities", "ledger"} & set(kinds):
@@ -198,7 +200,7 @@ def test_the_command_line_keeps_what_is_asked_for(tmp_path, monkeypatch, capsys)
     assert main([*words, "--record", "events"]) == 0 and "not recorded: coordinates" in capsys.readouterr().out
     assert not list(tmp_path.glob("bouncing-ball.png"))
     assert main([*words, "--record", "events", "--view"]) == 2
-    assert "--view draws bodies, which need coordinates" in capsys.readouterr().err
+    assert "--view needs coordinates, which --record leaves out" in capsys.readouterr().err
 
 
 def test_cells_of_functions_are_measured_on_what_is_recorded():

@@ -8,7 +8,7 @@ import pytest
 
 import nonsmooth as ns
 from models import PainleveRod
-from nonsmooth.commands.run_scene import scene_as_json
+from nonsmooth.commands.results_of_runs import as_json
 from nonsmooth.contact.network.problem import Network, prepare_network
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.ladder import solve_planar
@@ -410,7 +410,7 @@ def test_the_summary_the_json_and_files_tell_them(tmp_path):
     assert "paradoxes: 1 inconsistent, 1 indeterminate episode (1 of 20 steps had several solutions)" in found.summary()
     assert "ground, rod  no force fits the sliding: impact without collision, then stick" in found.summary()
     assert "ground, other  3 solutions (free | stick | slide -): took open" in found.summary()
-    kinds = [event["kind"] for event in json.loads(json.dumps(scene_as_json(found)))["paradoxes"]]
+    kinds = [event["kind"] for event in json.loads(json.dumps(as_json(found, False)))["paradoxes"]]
     assert kinds == ["INCONSISTENT", "INDETERMINATE"]
     for name in ("run.npz", "run.h5", "run.nc"):
         loaded = ns.SceneSolution.load(found.save(tmp_path / name))
