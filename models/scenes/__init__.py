@@ -11,6 +11,7 @@ from typing import Any
 
 # name: module of this package
 SCENES = {
+    "AndrewsSqueezer": "andrews_squeezer",
     "BilliardBreak": "billiard_break",
     "BlockOnIncline": "block_on_incline",
     "BoxStack": "box_stack",

@@ -15,6 +15,7 @@ from models.painleve_rod import PainleveRod as PainleveRod
 from models.pendulum import WallPendulum as WallPendulum
 from models.robot_finger import RobotFinger as RobotFinger
 from models.rocking_block import RockingBlock as RockingBlock
+from models.scenes.andrews_squeezer import AndrewsSqueezer as AndrewsSqueezer
 from models.scenes.billiard_break import BilliardBreak as BilliardBreak
 from models.scenes.block_on_incline import BlockOnIncline as BlockOnIncline
 from models.scenes.box_stack import BoxStack as BoxStack

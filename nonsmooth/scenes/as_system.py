@@ -12,6 +12,7 @@ space spheres without friction have their centres as coordinates (`spheres_as_sy
 from __future__ import annotations
 
 import functools
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import make_dataclass, replace
@@ -20,14 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_listed
+from nonsmooth.checks.arrays import as_listed, as_number
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.mechanics.model_system import MOST_SYSTEMS, content_of
 from nonsmooth.mechanics.start import CoordinateState
 from nonsmooth.mechanics.system import Contact, System
-from nonsmooth.scenes.elements import Body, Joint, Kind
+from nonsmooth.scenes.elements import Body, Joint, Kind, Spring
 from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.loads_as_system import TWIST, STRETCH, VECTOR, Load, functions_of_loads
 from nonsmooth.scenes.materials import impact_of_pair
 from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resistance_in
 from nonsmooth.scenes.parts import Part, parts_of
@@ -60,8 +62,9 @@ class _Asked:
         others = tuple((tuple(sorted(names)), tuple(given.items())) for names, given in scene.resistances.items())
         own = np.asarray(scene.gravity), scene.name, scene.t_end, scene.dt, others
         self.content = content_of(
-            (tuple(scene.bodies), tuple(scene.joints), tuple(scene.ignored), of_pairs, own, pairs, t_0)
-        )
+            (tuple(scene.bodies), tuple(scene.joints), tuple(scene.springs), tuple(scene.forces), tuple(scene.ignored),
+             of_pairs, own, pairs, t_0)
+        )  # fmt: skip
 
     def __hash__(self) -> int:
         return hash(self.content)
@@ -88,7 +91,7 @@ def _system_of(asked: _Asked) -> System:
     own: dict[str, Any] = {"name": scene.name or "scene", "t_end": scene.t_end, "dt": scene.dt}
     touches, contacts = touches_of(scene, asked.pairs), _contacts(scene, met, values)
     if scene.dim == PLANAR:
-        functions, axes = _body_functions(scene, moving), PLANE
+        functions, axes = _body_functions(scene, moving, asked.t_0), PLANE
         functions |= functions_of_touches(touches, asked.t_0) if touches else {}
     elif nothing_turns(scene):
         functions, axes = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met]), SPACE
@@ -152,20 +155,26 @@ def _require_plain(scene: Scene) -> None:
             raise InvalidInput(f"{body.name} is a half-plane that turns, which no system of a scene holds; {CURE}")
     if what := resistance_in(scene):
         raise InvalidInput(f"a material has {what}, which no system of a scene holds; {CURE}")
-    if scene.springs:
-        raise InvalidInput(f"{scene.springs[0].name} is a spring, which no system of a scene holds; {CURE}")
-    if scene.forces:
-        raise InvalidInput(
-            f"a system of a scene holds no applied force, and {scene.forces[0].body.name} has one; {CURE}"
-        )
+    for load in (*scene.springs[:1], *scene.forces[:1]) if scene.dim != PLANAR else ():
+        raise InvalidInput(f"{load!r} lies in space, where no system of a scene holds springs and forces; {CURE}")
+    for force in scene.forces:
+        if callable(force.value):
+            raise InvalidInput(
+                f"the force on {force.body.name} is a function, which no system of a scene holds; {CURE}"
+            )
     if scene.joints and scene.dim != PLANAR:
         raise InvalidInput(f"{scene.joints[0].name} is a joint in space, which no system of a scene holds; {CURE}")
     for joint in scene.joints:
         if joint.kind not in ("joint", "hinge"):
             raise InvalidInput(f"{joint.name} is a {joint.kind} joint, which no system of a scene holds; {CURE}")
-        if joint.limits or joint.motors or joint.friction or joint.springs:
-            what = "limits, motors, friction or springs"
-            raise InvalidInput(f"{joint.name} has {what}, which no system of a scene holds; {CURE}")
+        if joint.limits or joint.friction or any(spring.inertia for spring in joint.springs):
+            raise InvalidInput(
+                f"{joint.name} has limits, friction or a rotor, which no system of a scene holds; {CURE}"
+            )
+        if any(motor.load is None or callable(motor.load) for motor in joint.motors):
+            raise InvalidInput(
+                f"the motor of {joint.name} is a function or holds a speed, which no system of a scene holds; {CURE}"
+            )
     if not moving_of(scene):
         raise InvalidInput("no body of the scene moves by forces; add one by scene.body")
 
@@ -251,14 +260,17 @@ def _touches_in_plane(a: Body, b: Body, numbers: dict[str, int]) -> list[Touch] 
 
 def _touches_of_joint(joint: Joint, numbers: dict[str, int]) -> list[Touch]:
     """The point of one body on that of the other, along x and along y."""
-    sides = []
-    for body in (joint.a, joint.b):
-        if body.kind is Kind.DYNAMIC:
-            place = compose(place_of(body.position, body.turn), place_of(inertia_of(body, PLANAR).centre, 0.0))
-        else:
-            place = place_of(np.zeros(2), 0.0) if body.kind is Kind.FIXED else place_of(body.position, body.turn)
-        sides.append(_side(body, compose(inverse(place), place_of(joint.at, 0.0))[:2], 0.0, numbers))
+    sides = [_side_at(body, joint.at, numbers) for body in (joint.a, joint.b)]
     return [Touch(sides[0], sides[1], normal) for normal in np.eye(2)]
+
+
+def _side_at(body: Body, at: np.ndarray, numbers: dict[str, int]) -> Side:
+    """The point of a body that is at a place at the start."""
+    if body.kind is Kind.DYNAMIC:
+        place = compose(place_of(body.position, body.turn), place_of(inertia_of(body, PLANAR).centre, 0.0))
+    else:
+        place = place_of(np.zeros(2), 0.0) if body.kind is Kind.FIXED else place_of(body.position, body.turn)
+    return _side(body, compose(inverse(place), place_of(at, 0.0))[:2], 0.0, numbers)
 
 
 def _parts(body: Body) -> list[Part]:
@@ -302,9 +314,58 @@ def _side(body: Body, arm: np.ndarray, radius: float, numbers: dict[str, int]) -
     return Side(numbers.get(body.name, NO_COORDINATES), arm, radius, belt, place, rate, body.index)
 
 
-def _body_functions(scene: Scene, moving: list[Body]) -> dict[str, Any]:
-    """Mass, weight and potential."""
+def _body_functions(scene: Scene, moving: list[Body], t_0: float) -> dict[str, Any]:
+    """Mass, forces and potential."""
     inertias = [inertia_of(body, PLANAR) for body in moving]
-    m = np.array([[inertia.mass, inertia.mass, inertia.moments[0]] for inertia in inertias]).reshape(-1)
-    weight = np.array([place_of(inertia.mass * np.asarray(scene.gravity), 0.0) for inertia in inertias]).reshape(-1)
-    return functions_of_weights(m, weight)
+    m = np.array([[inertia.mass, inertia.mass, inertia.moments[0]] for inertia in inertias])
+    weight = np.column_stack((m[:, :1] * np.asarray(scene.gravity), np.zeros(len(m))))
+    numbers = {body.name: k for k, body in enumerate(moving)}
+    for joint in scene.joints:
+        torque = sum(as_number(f"torque of {joint.name}", motor.load) for motor in joint.motors)
+        for body, sign in ((joint.a, -1.0), (joint.b, 1.0)):
+            if body.name in numbers:
+                weight[numbers[body.name], 2] += sign * torque
+    functions = functions_of_weights(m.reshape(-1), weight.reshape(-1))
+    loads = _loads(scene, numbers)
+    return functions | (functions_of_loads(weight.reshape(-1), loads, t_0) if loads else {})
+
+
+def _loads(scene: Scene, numbers: dict[str, int]) -> list[Load]:
+    """Springs, those of joints, and forces."""
+    origin = Side(NO_COORDINATES, np.zeros(2), 0.0, np.zeros(2), np.zeros(3), np.zeros(3), 0)
+    found = [_load_of_spring(spring, numbers) for spring in scene.springs]
+    for joint in scene.joints:
+        touch = _touches_of_joint(joint, numbers)[0]
+        found += [
+            Load(touch, TWIST, spring.stiffness, spring.damping, _turn_of(joint.b) - _turn_of(joint.a) + spring.rest)
+            for spring in joint.springs
+        ]
+    return found + [
+        Load(Touch(_side_at(force.body, _end(force.body, force.at), numbers), origin, None), VECTOR, force=force.value)
+        for force in scene.forces
+    ]
+
+
+def _load_of_spring(spring: Spring, numbers: dict[str, int]) -> Load:
+    """A spring between two points, or of the angle of two bodies."""
+    a, b, rest = spring.a, spring.b, spring.length
+    ends = _end(a, spring.at_a), _end(b, spring.at_b)
+    touch = Touch(_side_at(a, ends[0], numbers), _side_at(b, ends[1], numbers), None)
+    if spring.is_torsion:
+        turn = b.turn - a.turn
+        return Load(touch, TWIST, spring.stiffness, spring.damping,
+                    _turn_of(b) - _turn_of(a) + (turn if rest is None else rest) - turn)  # fmt: skip
+    rest = math.dist(*ends) if rest is None else rest
+    return Load(touch, STRETCH if rest > 0.0 else VECTOR, spring.stiffness, spring.damping, rest)
+
+
+def _end(body: Body, at: np.ndarray | None) -> np.ndarray:
+    """A place at the start; the centre of mass for None."""
+    if at is not None or body.kind is not Kind.DYNAMIC:
+        return body.position if at is None else at
+    return compose(place_of(body.position, body.turn), place_of(inertia_of(body, PLANAR).centre, 0.0))[:2]
+
+
+def _turn_of(body: Body) -> float:
+    """The angle of a body at the start, as its system has it: 0 of a fixed one."""
+    return 0.0 if body.kind is Kind.FIXED else body.turn

@@ -59,7 +59,7 @@ class Tables(NamedTuple):
     t_0: float  # when guided bodies are at their places [s]
 
 
-def _tables(touches: list[Touch], t_0: float) -> Tables:
+def tables_of(touches: list[Touch], t_0: float) -> Tables:
     sides = [(touch.i, touch.j) for touch in touches]
     columns = {
         name: np.array([[getattr(side, name) for side in pair] for pair in sides])
@@ -74,15 +74,19 @@ def _tables(touches: list[Touch], t_0: float) -> Tables:
     )
 
 
-def turned(t, q, at, c, side, v):
-    """A vector in the axes of the body of a side in those of the world."""
+def angle(t, q, at, c, side):
+    """That of the body of a side; 0 of a fixed one."""
     b = at.body[c, side]
     if b != NO_COORDINATES:
-        th = q[3 * b + 2]
-    elif at.is_guided[c, side]:
-        th = at.place[c, side, 2] + at.rate[c, side, 2] * (t - at.t_0)
-    else:
+        return q[3 * b + 2]
+    return at.place[c, side, 2] + at.rate[c, side, 2] * (t - at.t_0) if at.is_guided[c, side] else 0.0
+
+
+def turned(t, q, at, c, side, v):
+    """A vector in the axes of the body of a side in those of the world."""
+    if at.body[c, side] == NO_COORDINATES and not at.is_guided[c, side]:
         return v[0], v[1]
+    th = angle(t, q, at, c, side)
     return math.cos(th) * v[0] - math.sin(th) * v[1], math.sin(th) * v[0] + math.cos(th) * v[1]
 
 
@@ -227,7 +231,7 @@ def write_row_rates(t, q, u, at, r):
 
 def functions_of_touches(touches: list[Touch], t_0: float) -> dict[str, Any]:
     """The functions of a system with these contacts; they read the time where a body is guided, and only there."""
-    at = _tables(touches, t_0)
+    at = tables_of(touches, t_0)
     if at.is_guided.any():
         return _functions_of_time(at)
 

@@ -187,12 +187,13 @@ def test_what_cannot_be_pushed_is_refused_by_name():
     with pytest.raises(ns.InvalidInput, match="a force acts on 'box', which is no body of the scene"):
         scene.force("box", (1, 0))
     scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="b")
-    scene.force("b", (1, 0))
+    scene.force("b", nothing)
     with pytest.raises(ns.InvalidInput, match=r"force.* b|b.* force"):
         ns.simulate(scene, (0, 0.1), integrator=ns.EventDriven())
-    with pytest.raises(ns.InvalidInput, match="a system of a scene holds no applied force"):
+    with pytest.raises(ns.InvalidInput, match="the force on b is a function, which no system of a scene holds"):
         scene.system()
-    assert ns.simulate(scene, (0, 0.1), integrator="auto").success
+    with pytest.raises(ns.ModelFunctionError, match="finite"):
+        ns.simulate(scene, (0, 0.1), integrator="auto")
 
 
 def nothing(t, bodies):

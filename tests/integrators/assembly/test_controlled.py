@@ -65,6 +65,7 @@ def mass_on_a_spring():
     wall = scene.fixed(ns.Disc(0.01), position=(0, 0))
     disc = scene.body(ns.Disc(0.05), mass=1.0, position=(0.3, -0.5), name="b")
     scene.spring(wall, disc, stiffness=k, length=rest)
+    scene.force(disc, lambda t, bodies: (0.0, 0.0))  # functions are for steps of scenes
 
     def rate(_, y):
         r = math.hypot(y[0], y[1])
@@ -297,9 +298,9 @@ def test_a_scene_of_few_contacts_is_taken_as_its_system():
     scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="b")
     as_system = ns.simulate(scene, (0, 0.2), integrator=ns.Adaptive())
     assert as_system.stats.lengths is None and "chosen" not in as_system.about
-    scene.force("b", (1.0, 0.0))
+    scene.force("b", lambda t, bodies: (1.0, 0.0))
     by_steps = ns.simulate(scene, (0, 0.2), integrator=ns.Adaptive())
-    assert by_steps.stats.lengths is not None and "force" in by_steps.about["chosen"]
+    assert by_steps.stats.lengths is not None and "the force on b" in by_steps.about["chosen"]
     said = by_steps.summary().splitlines()
-    assert said[1].startswith("Adaptive(rtol=1e-08, atol=1e-10), because a system of a scene")
+    assert said[1].startswith("Adaptive(rtol=1e-08, atol=1e-10), because the force on b is a function")
     assert any("steps of" in line and "in vain" in line for line in said)

@@ -186,7 +186,9 @@ def test_methods_that_know_no_springs_of_joints_say_so():
     scene, _ = pendulum(2, stiffness=5.0)
     with pytest.raises(ns.InvalidInput, match="Penalty knows no springs on coordinates of joints, and h has one"):
         ns.simulate(scene, (0, 0.1), integrator=ns.Penalty(1e5))
-    with pytest.raises(ns.InvalidInput, match="h has limits, motors, friction or springs, which no system of a scene"):
+    scene.system()
+    scene.joints[0].spring(inertia=1.0)
+    with pytest.raises(ns.InvalidInput, match="h has limits, friction or a rotor, which no system of a scene holds"):
         scene.system()
 
 

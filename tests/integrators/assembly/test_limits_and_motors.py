@@ -330,9 +330,11 @@ def test_functions_of_motors_that_fail_and_methods_without_motors_say_so():
     hinge.motor(torque=lambda t, bodies: math.nan)
     with pytest.raises(ns.StepFailure, match="the motor of hinge at t = 0 s must be .*finite|the motor of hinge"):
         run(scene, 0.1, 1e-2)
+    with pytest.raises(ns.InvalidInput, match="the motor of hinge is a function or holds a speed, which no system"):
+        scene.system()
     scene, hinge = bar(2, (-1, 1))
     with pytest.raises(
-        ns.InvalidInput, match="hinge has limits, motors, friction or springs, which no system of a scene holds"
+        ns.InvalidInput, match="hinge has limits, friction or a rotor, which no system of a scene holds"
     ):
         scene.system()
     sol = run(scene, 0.01, 1e-2)

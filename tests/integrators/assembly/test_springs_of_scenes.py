@@ -295,8 +295,5 @@ def test_bodies_and_methods_that_have_no_springs_are_named():
     scene.spring("post", "b", stiffness=1.0, name="line")
     with pytest.raises(ns.InvalidInput, match="there is a spring 'line' already"):
         scene.spring("post", "b", stiffness=1.0, name="line")
-    with pytest.raises(ns.InvalidInput, match="line"):
-        ns.simulate(scene, (0, 0.1), integrator=ns.EventDriven())
-    assert ns.simulate(scene, (0, 0.1), integrator="auto").success
     with pytest.raises(ns.InvalidInput, match="a torsion spring is one of bodies in the plane"):
         ns.Scene(gravity=(0, 0, 0)).torsion_spring("a", "b", stiffness=1.0)

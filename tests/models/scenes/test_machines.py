@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models.scenes import CrankInSlot, DoublePendulum, FourBars, Gripper, JammingDrawer, RimlessWheel, ShoeBrake
+from models.scenes import (
+    AndrewsSqueezer,
+    CrankInSlot,
+    DoublePendulum,
+    FourBars,
+    Gripper,
+    JammingDrawer,
+    RimlessWheel,
+    ShoeBrake,
+)
 
 
 def run(model, t_end, dt=None):
@@ -94,6 +103,18 @@ def test_a_slider_crank_of_bodies_is_the_one_of_three_angles():
         errors.append(np.abs(model.angles(sol) - exact))
         assert errors[-1][:, :2].max() < 1.5e-3 and errors[-1][:, 2].max() < 1e-2
     assert 3.5 < errors[0][1].max() / errors[1][1].max() < 4.5
+
+
+def test_andrews_squeezer_has_its_published_angles():
+    """By its system, to what the published ones err by; by steps, of joints in loops, to their order."""
+    model, published = AndrewsSqueezer(), AndrewsSqueezer().published()
+    sol = ns.simulate(model, (0, 0.03), integrator=ns.Adaptive(rtol=1e-10, atol=1e-12), every=10**6)
+    assert abs(model.angles(sol)[-1] - published).max() < 2e-9 and sol.stats.worst_joint_drift < 1e-12
+    force, beta = sol.spring("spring").force, model.angles(sol)[:, 0]
+    done = model.M * (beta[-1] - beta[0]) + (force[0] ** 2 - force[-1] ** 2) / (2 * model.k)
+    assert sol.ledger["kinetic"][-1] == pytest.approx(done, rel=1e-9)
+    by_steps = run(model, 0.03, 5e-6)
+    assert abs(model.angles(by_steps)[-1] - published).max() < 2e-4 and by_steps.stats.worst_joint_drift < 1e-12
 
 
 @pytest.mark.parametrize("spin", [30.0, -30.0])
