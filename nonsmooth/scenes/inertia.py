@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,12 +11,13 @@ from nonsmooth.checks.arrays import as_floats, as_positive, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.elements import Body
-from nonsmooth.scenes.mass_properties import combined, mass_of
+from nonsmooth.scenes.mass_properties import Mass, combined, mass_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, quaternion_of
 from nonsmooth.scenes.ranges import HEAVIEST, LARGEST_MOMENT, require_between
-from nonsmooth.scenes.shapes import PLANAR
+from nonsmooth.scenes.shapes import PLANAR, Shape
 
+SHAPES_AT_HAND = 256  # chosen: shapes whose mass properties are kept: many bodies have the same
 MOMENT_ROUNDINGS = 64  # chosen: of moments that are sums over parts: what differs by less is equal
 
 
@@ -34,25 +36,43 @@ def inertia_of(body: Body, dim: int) -> Inertia:
     Raises
     ------
     InvalidInput
-        When the shape has no volume.
+        When the shape has no volume, and for a mass or a moment that is out of range.
     """
-    parts = [mass_of(part.row(body.index, ORIGIN[dim]), 1.0) for part in parts_of(body.shape, dim)]
-    if not sum(part.mass for part in parts) > 0:
+    whole = mass_of_shape(body.shape, dim)
+    if whole is None:
         raise InvalidInput(f"{body.name} has a shape without volume, {body.shape!r}; round it, or fix the body")
-    whole = combined(parts)
     mass = body.density * whole.mass if body.density is not None else float(body.mass)  # type: ignore[arg-type]
     require_between(f"mass of {body.name}", mass, HEAVIEST, "kg")
-    tensor = mass / whole.mass * whole.inertia if body.inertia is None else np.atleast_2d(body.inertia)
-    for moment in np.diag(tensor):
-        require_between(f"moment of inertia of {body.name}", float(moment), LARGEST_MOMENT, "kg m^2")
-    centre = whole.centroid if body.centre is None else body.centre
-    if dim == 2:
-        return Inertia(mass, centre, 0.0, tensor[0])
-    return Inertia(mass, centre, *principal_axes(tensor))
+    if body.inertia is None:
+        tensor, axes, moments = spread_evenly(body.shape, dim, mass)
+    else:
+        tensor = np.atleast_2d(body.inertia)
+        axes, moments = principal_axes(tensor)
+    for moment in tensor.diagonal().tolist():
+        require_between(f"moment of inertia of {body.name}", moment, LARGEST_MOMENT, "kg m^2")
+    return Inertia(mass, whole.centroid if body.centre is None else body.centre, axes, moments)
 
 
-def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The turn of the principal axes, and the moments (3,): axes that are principal already stay as they are."""
+@lru_cache(SHAPES_AT_HAND)
+def mass_of_shape(shape: Shape, dim: int) -> Mass | None:
+    """The mass properties of a shape of density 1, in its own frame; None of one without volume."""
+    parts = [mass_of(part.row(0, ORIGIN[dim]), 1.0) for part in parts_of(shape, dim)]
+    return combined(parts) if sum(part.mass for part in parts) > 0 else None
+
+
+@lru_cache(SHAPES_AT_HAND)
+def spread_evenly(shape: Shape, dim: int, mass: float) -> tuple[np.ndarray, Any, np.ndarray]:
+    """The tensor of inertia of a mass that is spread evenly over a shape, its principal axes and moments."""
+    whole = mass_of_shape(shape, dim)
+    assert whole is not None
+    tensor = mass / whole.mass * whole.inertia
+    return tensor, *principal_axes(tensor)
+
+
+def principal_axes(tensor: np.ndarray) -> tuple[Any, np.ndarray]:
+    """The turn of the principal axes, and the moments (1|3,): axes that are principal already stay as they are."""
+    if len(tensor) == 1:
+        return 0.0, tensor[0]
     off = np.abs(tensor - np.diag(np.diag(tensor))).max()
     if off <= MOMENT_ROUNDINGS * EPS * np.abs(tensor).max():
         moments = np.diag(tensor).copy()

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Annotated as Array
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -67,8 +67,7 @@ class Shapes(Block, n_g=0, n_l=0):
     apart: Array[Ints, "n_e"]  # pairs of bodies that do not collide, ``pair_code``, ascending
 
 
-@dataclass(frozen=True)
-class ShapeRow:
+class ShapeRow(NamedTuple):
     """One shape. The place is (x, y, angle) or (position, unit quaternion) in the axes of the body.
 
     ``vertices`` (k, 2) are those of a hull, counterclockwise and strictly convex, a disc's at (0, 0); (k, 3) of a
@@ -105,14 +104,14 @@ def shape_block(rows: Sequence[ShapeRow], apart: Sequence[tuple[int, int]] = ())
     sizes |= {"n_g": sum(map(len, flat)), "n_l": sum(len(corners) for row in flat for _, corners in row)}
     shapes = new(Shapes, **sizes, **sizes_of_solids(rows))
     shapes.apart[:] = sorted(pair_code(a, b) for a, b in apart)
-    first = 0
-    for s, (row, hull) in enumerate(zip(rows, hulls, strict=True)):
-        shapes.body[s], shapes.kind[s], shapes.place[s] = row.body, row.kind, row.place
-        shapes.radius[s], shapes.size[s] = row.radius, row.size
-        shapes.reach[s] = reach_of(row, hull)
-        shapes.first[s], shapes.count[s] = first, len(hull)
-        fill_edges(shapes, slice(first, first + len(hull)), hull)
-        first += len(hull)
+    if rows:
+        shapes.body[:], shapes.kind[:], shapes.place[:], shapes.radius[:], shapes.size[:], *_ = zip(*rows, strict=True)
+    shapes.reach[:] = [reach_of(row, hull) for row, hull in zip(rows, hulls, strict=True)]
+    shapes.count[:] = [len(hull) for hull in hulls]
+    shapes.first[1:] = np.cumsum(shapes.count)[:-1]
+    for first, hull in zip(shapes.first, hulls, strict=True):
+        if len(hull):
+            fill_edges(shapes, slice(first, first + len(hull)), hull)
     fill_solids(shapes.solids, rows)
     fill_faces(shapes.faces, flat)
     shapes.rank[:] = ranks_of(rows)

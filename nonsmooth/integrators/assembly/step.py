@@ -407,8 +407,8 @@ class Assembly(InMotion):
 
 def write_masses(bodies: Bodies, network: Network) -> None:
     """M and M^-1 of all bodies; of what impulses do not move, M^-1 is 0. A spatial body's are those of its axes."""
-    d = len(bodies.gravity)
-    for b in np.flatnonzero(bodies.motion.moves):
-        moments = [bodies.mass[b]] * d + bodies.moments[b].tolist()
-        np.fill_diagonal(network.M[b], moments)
-        np.fill_diagonal(network.M_inv[b], 1.0 / np.array(moments))
+    moving = bodies.motion.moves != 0
+    masses = np.repeat(bodies.mass[moving, None], len(bodies.gravity), axis=1)
+    diagonal = np.concatenate((masses, bodies.moments[moving]), axis=1)
+    for x in range(diagonal.shape[1]):
+        network.M[moving, x, x], network.M_inv[moving, x, x] = diagonal[:, x], 1.0 / diagonal[:, x]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -41,8 +42,8 @@ from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
 from nonsmooth.scenes.ranges import require_within
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.shape_rows import shape_block
-from nonsmooth.scenes.shapes import PLANAR, SPATIAL, as_turn
+from nonsmooth.scenes.shape_rows import ShapeRow, shape_block
+from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_turn
 
 # chosen: of the smaller of two bodies: a start may penetrate by this part of it, as bodies that were laid by hand do
 OVERLAP = 1e-3
@@ -76,13 +77,11 @@ class World:
         self.bodies.gravity[:] = scene.gravity
         self.bodies.gain_before[:] = np.nan
         self.frames = np.tile(ORIGIN[scene.dim], (n_b, 1))  # of the principal axes in those of the shape
+        self._place()
         rows, materials = [], []
         self.material_numbers: dict[int, int] = {}
-        for body in scene.bodies:
-            self._place(body, t)
-            frame = inverse(self.frames[body.index])
-            parts = parts_of(body.shape, scene.dim)
-            rows += [part.row(body.index, frame) for part in parts]
+        for body, parts in zip(scene.bodies, self._parts(), strict=True):
+            rows += [part._replace(body=body.index) for part in parts]
             materials += [self._number_of(body)] * len(parts)
         self.shapes = shape_block(rows)
         self.surfaces = self._surfaces(materials)
@@ -94,21 +93,37 @@ class World:
         self.springs, self.drives = self._springs(), self._drives()
         self.guided = [body for body in scene.bodies if body.motion is not None]
 
-    def _place(self, body: Body, t: float) -> None:
-        """Where a body is, how it moves and what it weighs."""
-        bodies, b, d = self.bodies, body.index, self.dim
-        position, turn = (body.position, body.turn) if body.motion is None else place_at(body, t, d)
-        place = place_of(position, turn)
-        if body.kind is Kind.DYNAMIC:
-            inertia = inertia_of(body, d)
-            self.frames[b] = place_of(inertia.centre, inertia.axes)
-            bodies.mass[b], bodies.moments[b] = inertia.mass, inertia.moments
-            bodies.motion.moves[b] = 1
-        bodies.motion.x[b] = compose(place, self.frames[b])
-        bodies.motion.v[b, :d], bodies.motion.v[b, d:] = body.velocity, body.spin
-        if body.surface_velocity is not None:
-            axes = self.frames[b, d:] if d == 3 else self.frames[b, 2]
-            bodies.surface[b] = rotate(conjugate(axes) if d == 3 else -axes, body.surface_velocity)
+    def _place(self) -> None:
+        """Where bodies are, how they move and what they weigh."""
+        listed, bodies, d = self.scene.bodies, self.bodies, self.dim
+        if not listed:
+            return
+        x, v = bodies.motion.x, bodies.motion.v
+        starts = [(b.position, b.turn) if b.motion is None else place_at(b, self.t_0, d) for b in listed]
+        x[:, :d], x[:, d:] = (np.reshape(part, (len(x), -1)) for part in zip(*starts, strict=True))
+        v[:, :d] = [body.velocity for body in listed]
+        v[:, d:] = np.reshape([body.spin for body in listed], (len(v), -1))
+        dynamic = [body for body in listed if body.kind is Kind.DYNAMIC]
+        if moving := [body.index for body in dynamic]:
+            bodies.motion.moves[moving] = 1
+            masses, centres, axes, moments = zip(*(inertia_of(body, d) for body in dynamic), strict=True)
+            bodies.mass[moving], bodies.moments[moving] = masses, moments
+            self.frames[moving, :d], self.frames[moving, d:] = centres, np.reshape(axes, (len(moving), -1))
+        for b in np.flatnonzero((self.frames != ORIGIN[d]).any(axis=1)):
+            x[b] = compose(x[b], self.frames[b])
+        for body in listed:
+            if body.surface_velocity is not None:
+                turn = self.frames[body.index, d:] if d == 3 else self.frames[body.index, 2]
+                bodies.surface[body.index] = rotate(conjugate(turn) if d == 3 else -turn, body.surface_velocity)
+
+    def _parts(self) -> Iterator[list[ShapeRow]]:
+        """The parts of each body along its principal axes: those of many bodies are the same."""
+        known: dict[tuple[Shape, bytes], list[ShapeRow]] = {}
+        for body, frame in zip(self.scene.bodies, self.frames, strict=True):
+            key = (body.shape, frame.tobytes())
+            if key not in known:
+                known[key] = [part.row(0, inverse(frame)) for part in parts_of(body.shape, self.dim)]
+            yield known[key]
 
     def _number_of(self, body: Body) -> int:
         return self.material_numbers.setdefault(id(body.material), len(self.material_numbers))

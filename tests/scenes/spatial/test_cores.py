@@ -1,7 +1,6 @@
 """Gaps, normals and points of spatial shapes against proofs, brute force and closed forms."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -222,7 +221,7 @@ def test_a_moved_and_scaled_world_has_its_contacts_moved_and_scaled(names, scale
     """The rounding of the places themselves, some metres out, is left."""
     rng = np.random.default_rng(11)
     rows = [bank(solid)[name](b) for b, name in enumerate(names)]
-    scaled = [replace(r, radius=scale * r.radius, size=scale * np.asarray(r.size)) for r in rows]
+    scaled = [r._replace(radius=scale * r.radius, size=scale * np.asarray(r.size)) for r in rows]
     here, there = spatial(rows, np.zeros((2, 3))), spatial(scaled, np.zeros((2, 3)))
     turn, shift = Rotation.from_rotvec([0.3, -0.5, 0.7]), np.array([3.0, -2.0, 1.0])
     R = turn.as_matrix()
