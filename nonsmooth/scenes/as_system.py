@@ -29,7 +29,7 @@ from nonsmooth.mechanics.start import CoordinateState
 from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.scenes.elements import Body, Joint, Kind, Spring
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.loads_as_system import TWIST, STRETCH, VECTOR, Load, functions_of_loads
+from nonsmooth.scenes.loads_as_system import OF_ANGLE, OF_LINE, OF_VECTOR, Load, functions_of_loads
 from nonsmooth.scenes.materials import impact_of_pair
 from nonsmooth.scenes.pair_laws import coefficients_of, require_known_pairs, resistance_in
 from nonsmooth.scenes.parts import Part, parts_of
@@ -337,11 +337,13 @@ def _loads(scene: Scene, numbers: dict[str, int]) -> list[Load]:
     for joint in scene.joints:
         touch = _touches_of_joint(joint, numbers)[0]
         found += [
-            Load(touch, TWIST, spring.stiffness, spring.damping, _turn_of(joint.b) - _turn_of(joint.a) + spring.rest)
+            Load(touch, OF_ANGLE, spring.stiffness, spring.damping, _turn_of(joint.b) - _turn_of(joint.a) + spring.rest)
             for spring in joint.springs
         ]
     return found + [
-        Load(Touch(_side_at(force.body, _end(force.body, force.at), numbers), origin, None), VECTOR, force=force.value)
+        Load(
+            Touch(_side_at(force.body, _end(force.body, force.at), numbers), origin, None), OF_VECTOR, force=force.value
+        )
         for force in scene.forces
     ]
 
@@ -353,10 +355,10 @@ def _load_of_spring(spring: Spring, numbers: dict[str, int]) -> Load:
     touch = Touch(_side_at(a, ends[0], numbers), _side_at(b, ends[1], numbers), None)
     if spring.is_torsion:
         turn = b.turn - a.turn
-        return Load(touch, TWIST, spring.stiffness, spring.damping,
+        return Load(touch, OF_ANGLE, spring.stiffness, spring.damping,
                     _turn_of(b) - _turn_of(a) + (turn if rest is None else rest) - turn)  # fmt: skip
     rest = math.dist(*ends) if rest is None else rest
-    return Load(touch, STRETCH if rest > 0.0 else VECTOR, spring.stiffness, spring.damping, rest)
+    return Load(touch, OF_LINE if rest > 0.0 else OF_VECTOR, spring.stiffness, spring.damping, rest)
 
 
 def _end(body: Body, at: np.ndarray | None) -> np.ndarray:

@@ -28,7 +28,7 @@ from nonsmooth.scenes.rounded_points import (
     turned,
 )
 
-STRETCH, VECTOR, TWIST = range(3)  # code: what a load is of
+OF_LINE, OF_VECTOR, OF_ANGLE = range(3)  # code: what a load is of
 
 
 class Load(NamedTuple):
@@ -60,14 +60,14 @@ def turn_between(t, q, at, c):
 def pull(t, q, u, at, laws, c):
     """F of load c on its first body, and M."""
     k, b = laws.stiffness[c], laws.damping[c]
-    if laws.kind[c] == TWIST:
+    if laws.kind[c] == OF_ANGLE:
         rate = rates_of(u, at, c, 1)[2] - rates_of(u, at, c, 0)[2]
         return 0.0, 0.0, k * (turn_between(t, q, at, c) - laws.rest[c]) + b * rate
     d_x, d_y = between(t, q, at, c)
     i_x, i_y, _, _ = point_rates(t, q, u, at, c, 0)
     j_x, j_y, _, _ = point_rates(t, q, u, at, c, 1)
     v_x, v_y = i_x - j_x, i_y - j_y
-    if laws.kind[c] == VECTOR:
+    if laws.kind[c] == OF_VECTOR:
         return laws.force[c, 0] - k * d_x - b * v_x, laws.force[c, 1] - k * d_y - b * v_y, 0.0
     length = math.sqrt(d_x * d_x + d_y * d_y)
     n_x, n_y = d_x / length, d_y / length
@@ -92,7 +92,7 @@ def stored(t, q, at, laws):
     """V of all of them."""
     V = 0.0
     for c in range(at.body.shape[0]):
-        if laws.kind[c] == TWIST:
+        if laws.kind[c] == OF_ANGLE:
             V += 0.5 * laws.stiffness[c] * (turn_between(t, q, at, c) - laws.rest[c]) ** 2
             continue
         d_x, d_y = between(t, q, at, c)
