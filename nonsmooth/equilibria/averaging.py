@@ -25,6 +25,7 @@ from nonsmooth.equilibria.linearise import linearise
 from nonsmooth.equilibria.oscillator import Oscillator
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import evaluate
+from nonsmooth.mechanics.model_system import require_planar
 from nonsmooth.mechanics.system import GIVEN_FORCE, TANGENT
 from nonsmooth.numerics.rounding import rounding_of_sum
 from nonsmooth.views import Worded, view
@@ -110,6 +111,7 @@ def averaged_amplitude(system: Any, at: Equilibrium | None = None, largest: floa
     ([0.0, 0.0849575], [False, True])
     """
     at = equilibrium(system) if at is None else as_equilibrium(at)
+    require_planar(at.mode.system, "averaged_amplitude")
     if at.q.size != 1 or (at.mode.system.kinds[:, 0] != GIVEN_FORCE).any():
         raise InvalidInput("averaging needs one coordinate and no contact with a gap; use simulate for this system")
     small = linearise(at.mode.system, at)

@@ -30,7 +30,7 @@ from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equili
 from nonsmooth.equilibria.flutter_boundary import StabilityBoundary, flutter_boundary
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.scenes.given import as_model
 from nonsmooth.signals.telling import tell
 from nonsmooth.views import Worded, view
@@ -135,7 +135,7 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     grid = as_vector("values", values)
     if grid.size == 0 or not (np.all(np.diff(grid) > 0) or np.all(np.diff(grid) < 0)):
         raise InvalidInput("values must be in increasing or in decreasing order, each once, and at least one")
-    system = as_planar(as_model(system), "eigen_path")
+    system = as_rated(as_model(system), "eigen_path")
     as_name("parameter", parameter, system.parameter_values)
     first = {parameter: float(grid[0])}
     at = equilibrium(system.with_parameters(**first)) if at is None else follow_equilibrium(as_equilibrium(at), **first)

@@ -20,7 +20,7 @@ from nonsmooth.checks.arrays import as_instance, as_number, as_vector
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import contact_state, evaluate
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.start import own_state
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System
@@ -44,9 +44,9 @@ class Equilibrium(Worded):
     ----------
     q : ndarray (n_q,)
     la_N, la_F : ndarray (n_c,)
-        Forces of the contacts [N]; zero for open contacts.
+        Forces of the contacts [N]; zero for open contacts. In space la_F is along the direction of sliding.
     gamma_F : ndarray (n_c,)
-        Sliding velocities [m/s].
+        Sliding velocities [m/s]; in space their sizes.
     residual : float
         Largest unbalanced force, relative to the largest force in the balance.
     wrong : tuple of str
@@ -90,7 +90,7 @@ def equilibrium(
         Coordinates to start from; those of the model's default state when left out. Unilateral contacts whose gap
         is open at the guess stay open.
     sliding : (n_c,), optional
-        Signs of gamma_F; those of the surface velocities when left out.
+        Signs of gamma_F; those of the surface velocities when left out, as they must be in space.
     normal : (n_c,), optional
         Signs of the normal forces of bilateral contacts; +1 when left out.
     t : float
@@ -119,7 +119,7 @@ def equilibrium(
     (0.572612565, ('contact 0 would have to be pulled, but its normal force is 28.0915 N',))
     """
     given = as_model(system)
-    system = as_planar(given, "equilibrium")
+    system = as_rated(given, "equilibrium")
     q = _start(system, given) if guess is None else as_vector("guess", guess, system.n_q)
     mode = sliding_mode(system, q, sliding, normal, as_number("t", t, "s"))
     try:
@@ -158,13 +158,16 @@ def sliding_mode(
     closed = tuple(
         int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= largest_closed_gap(q)))
     )
+    if sliding is not None and (system.kinds[:, 1] > 1).any():
+        raise InvalidInput("sliding= gives signs, and friction in two directions has the direction of the surface")
     s = np.sign(gamma_F) if sliding is None else _signs("sliding", sliding, system.n_c)
     n = np.ones(system.n_c) if normal is None else _signs("normal", normal, system.n_c)
     for i in closed:
         if system.kinds[i, 1] and s[i] == 0:
+            cure = "; give sliding=, the signs of gamma_F, for a contact that is about to move"
             raise InvalidInput(
                 f"{system.described.contacts[i]} does not slide at rest (its surface does not move), so its equilibria "
-                "are not isolated; give sliding=, the signs of gamma_F, for a contact that is about to move"
+                f"are not isolated{cure if system.kinds[i, 1] == 1 else ', and in space it has no direction to go in'}"
             )
         if n[i] < 0 and kinds[i] != BILATERAL:
             raise InvalidInput(f"{system.described.contacts[i]} can only push; normal = -1 is for bilateral contacts")

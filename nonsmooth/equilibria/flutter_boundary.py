@@ -24,7 +24,7 @@ from nonsmooth.checks.arrays import as_name, as_vector
 from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.scenes.given import as_model
 from nonsmooth.views import Worded
 
@@ -98,7 +98,7 @@ def flutter_boundary(
     from scipy.optimize import brentq
 
     ends = as_vector("bracket", bracket, 2)
-    system = as_planar(as_model(system), "flutter_boundary")
+    system = as_rated(as_model(system), "flutter_boundary")
     as_name("parameter", parameter, system.parameter_values)
     start = equilibrium(system.with_parameters(**{parameter: float(ends[0])})) if at is None else as_equilibrium(at)
 

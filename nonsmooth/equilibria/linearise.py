@@ -24,7 +24,7 @@ import numpy as np
 
 from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.scenes.given import as_model
 from nonsmooth.views import Worded
 
@@ -201,7 +201,7 @@ def linearise(system: Any, at: Equilibrium | None = None) -> Linearisation:
     """
     system = as_model(system)
     at = equilibrium(system) if at is None else as_equilibrium(at)
-    system = as_planar(system, "linearise")
+    system = as_rated(system, "linearise")
     if at.mode.system.functions != system.functions or not np.array_equal(at.mode.system.p, system.p):
         raise InvalidInput("the equilibrium is another system's; leave it out, or compute it for this one")
     mode, q, la_N = at.mode, at.q, at.multipliers

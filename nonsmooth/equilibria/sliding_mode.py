@@ -4,7 +4,8 @@
 
 s_i is the sign of sliding, s gamma_F > 0, and n_i the sign of the normal force (-1 only for a bilateral contact that is
 pulled), so that n_i la_N is what presses; a contact with a given normal force is pressed by N(q, u) and has no row in
-g_N. Nothing is left of the set-valued laws: f can be differentiated, friction included. See docs/stability.md.
+g_N. In space s is the direction gamma_F/|gamma_F|, which turns with the motion, s gamma_F the speed. Nothing is left
+of the set-valued laws: f can be differentiated, friction included. See docs/stability.md.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class SlidingMode:
     closed : tuple of int
         The contacts that are closed.
     sliding, normal : ndarray (n_c,)
-        Signs of gamma_F and of la_N.
+        Signs of gamma_F, 1 of one in space, and of la_N.
     t : float
         Time at which the functions are evaluated [s].
     """
@@ -112,12 +113,12 @@ class SlidingMode:
             total += la_N @ rows
             pressing[self.constrained] = self.normal[self.constrained] * la_N
         if system.d:
-            W_F, w_F = self.call(TANGENT, q, u)[:, 0], self.call(SURFACE_VELOCITY, q, u)[:, 0]
+            W_F, w_F = self.call(TANGENT, q, u), self.call(SURFACE_VELOCITY, q, u)
             for i in self.closed:
-                if system.kinds[i, 1]:
-                    s = self.sliding[i]
-                    mu = mu_of(system.laws, i, s * (W_F[i] @ u + w_F[i]))
-                    total -= mu * pressing[i] * s * W_F[i]
+                if m := system.kinds[i, 1]:
+                    gamma = W_F[i, :m] @ u + w_F[i, :m]
+                    s = self.sliding[i : i + 1] if m == 1 else gamma / np.sqrt(gamma @ gamma)
+                    total -= mu_of(system.laws, i, s @ gamma) * pressing[i] * s @ W_F[i, :m]
         return total
 
     def force(self, q: np.ndarray, u: np.ndarray, la_N: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from nonsmooth.equilibria.linearise import linearise
 from nonsmooth.equilibria.sensitivity import eigenvalue_sensitivity
 from nonsmooth.errors import InvalidInput, MissingExtra, shown
 from nonsmooth.mechanics.description import title_of
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.scenes.given import as_model
 from nonsmooth.signals.telling import tell
@@ -69,7 +69,7 @@ def stability_map(
     if len(axes) != 2:
         raise InvalidInput(f"axes must name two parameters; got {list(axes)}")
     (first, x), (second, y) = ((name, as_vector(name, values)) for name, values in axes.items())
-    system = as_planar(as_model(system), "stability_map")
+    system = as_rated(as_model(system), "stability_map")
     for name, values in ((first, x), (second, y)):
         as_name("parameter", name, system.parameter_values)
         if values.size == 0:

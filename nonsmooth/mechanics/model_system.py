@@ -50,6 +50,20 @@ def as_planar(candidate: Any, what: str) -> System:
     return system
 
 
+def as_rated(candidate: Any, what: str) -> System:
+    """`as_system` for ``what`` takes coordinates with q' = u alone.
+
+    Raises
+    ------
+    InvalidInput
+        For a system with kinematics.
+    """
+    system = as_system(candidate)
+    if system.kinematics is not None:
+        raise InvalidInput(f"{what} takes no system with kinematics (q' = B u); MoreauJean(dt=...) simulates it")
+    return system
+
+
 def require_planar(system: System, what: str) -> None:
     """Raise `InvalidInput` for a system with q' = B u or friction in two directions, which ``what`` does not take."""
     if system.is_spatial:
