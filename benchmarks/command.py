@@ -15,8 +15,8 @@ from nonsmooth.errors import InvalidInput
 
 NAMES = (
     "accuracy", "bits", "bodies", "calls", "contacts", "core", "exact", "ladder", "limit", "others", "paradox",
-    "penalty", "piles", "player", "precision", "published", "robots", "scenes", "solvers", "stability", "stress",
-    "sweep", "symbolic", "work",
+    "penalty", "piles", "player", "precision", "published", "robots", "scenes", "solvers", "space", "stability",
+    "stress", "sweep", "symbolic", "work",
 )  # fmt: skip
 
 
@@ -35,8 +35,8 @@ def build_parser() -> argparse.ArgumentParser:
         help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "
         "and the folder of its pictures; contacts: the folder of its picture; ladder: folders of published problems, "
         "names of ladders and sets; others: folders of problems; published: names of its sections; scenes: their "
-        "names, `quick` for small ones; exact: names of its scenes; precision: the file of its picture, and names; "
-        "robots: folders of .xml and .urdf files; piles: the folder of Kleinert's; "
+        "names, `quick` for small ones; exact: names of its scenes; precision, space: the file of their picture, and "
+        "names; robots: folders of .xml and .urdf files; piles: the folder of Kleinert's; "
         "bits: the file of hashes to write, and one to compare with",
     )  # fmt: skip
     parser.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")

@@ -78,7 +78,7 @@ def methods(case: Case) -> Iterator[tuple[str, Run, tuple[float, ...]]]:
         return
     if scene.dim == 3:
         if imports("mujoco"):
-            yield "MuJoCo", mujoco, STEPS
+            yield "MuJoCo", lambda case, dt: mujoco(case.scene(), case.t_end, dt), STEPS
         if imports("pybullet") and not any(body.kind.name == "KINEMATIC" for body in scene.bodies):
             yield "PyBullet", lambda case, dt: other(case, dt, "pybullet_scenes"), STEPS
     elif imports("pymunk"):
@@ -93,11 +93,11 @@ def ours(case: Case, integrator: Any) -> tuple[float, np.ndarray]:
     return time.process_time() - began, ends(sol)
 
 
-def mujoco(case: Case, dt: float) -> tuple[float, np.ndarray]:
+def mujoco(scene: ns.Scene, t_end: float, dt: float) -> tuple[float, np.ndarray]:
     """MuJoCo, tuned as its documentation says (adapters/mujoco_exact.py)."""
-    motion = adapter("mujoco_exact").Motion(case.scene(), dt)
+    motion = adapter("mujoco_exact").Motion(scene, dt)
     began = time.process_time()
-    for k in range(round(case.t_end / dt)):
+    for k in range(round(t_end / dt)):
         motion.step(k * dt)
     return time.process_time() - began, motion.centres()
 

@@ -13,7 +13,7 @@ from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.shapes import Box, HalfSpace, Polyhedron
 
 HEAVY = 1e6  # kg, chosen
-HEAD = """<mujoco><compiler inertiafromgeom="true"/><option timestep="{dt}" gravity="{gravity}" cone="elliptic"
+HEAD = """<mujoco><compiler inertiafromgeom="auto"/><option timestep="{dt}" gravity="{gravity}" cone="elliptic"
 solver="Newton" impratio="10"/><default><geom solref="{solref} 1" condim="3"/></default><size memory="2G"/>
 <asset>{meshes}</asset><worldbody>{bodies}</worldbody></mujoco>"""
 
@@ -42,19 +42,33 @@ def element(body):
         return geom(body)
     weight = 'gravcomp="1"' if body.kind is Kind.KINEMATIC else ""
     at = body.motion(0.0) if body.motion else body.position
-    return f'<body pos="{words(at)}" quat="{words(body.turn)}" {weight}><freejoint/>{geom(body)}</body>'
+    own = inertial(body) if body.centre is not None else ""
+    return f'<body pos="{words(at)}" quat="{words(body.turn)}" {weight}><freejoint/>{own}{geom(body)}</body>'
+
+
+def inertial(body):
+    """The text of an inertia of its own."""
+    inertia = np.atleast_2d(body.inertia)
+    entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return f'<inertial pos="{words(body.centre)}" mass="{body.mass}" fullinertia="{words(entries)}"/>'
 
 
 def mesh(body):
     return f'<mesh name="mesh{body.index}" vertex="{words(body.shape.vertices)}"/>'
 
 
+def turned(turn, x):
+    """A vector that is given in the axes of a body, in the world."""
+    out = np.zeros(3)
+    mujoco.mju_rotVecQuat(out, np.asarray(x, dtype=float), np.asarray(turn, dtype=float))
+    return out
+
+
 def turned_back(turn, x):
     """A vector in the axes of a body."""
-    out, back = np.zeros(3), np.zeros(4)
+    back = np.zeros(4)
     mujoco.mju_negQuat(back, np.asarray(turn, dtype=float))
-    mujoco.mju_rotVecQuat(out, np.asarray(x, dtype=float), back)
-    return out
+    return turned(back, x)
 
 
 class Motion:
@@ -69,7 +83,8 @@ class Motion:
         self.model = mujoco.MjModel.from_xml_string(xml)
         self.data = mujoco.MjData(self.model)
         for k, body in enumerate(free):
-            self.data.qvel[6 * k : 6 * k + 3] = body.velocity
+            arm = np.zeros(3) if body.centre is None else turned(body.turn, body.centre)
+            self.data.qvel[6 * k : 6 * k + 3] = body.velocity - np.cross(body.spin, arm)  # of the origin
             self.data.qvel[6 * k + 3 : 6 * k + 6] = turned_back(body.turn, body.spin)
         mujoco.mj_forward(self.model, self.data)
         self.moving = np.array([k + 1 for k, body in enumerate(free) if body.kind is Kind.DYNAMIC])
