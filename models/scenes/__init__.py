@@ -15,6 +15,7 @@ SCENES = {
     "BilliardBreak": "billiard_break",
     "BlockOnIncline": "block_on_incline",
     "BoxStack": "box_stack",
+    "CarOnBump": "car_on_bump",
     "CardHouse": "card_house",
     "Conveyor": "conveyor",
     "CrankInSlot": "crank_in_slot",
@@ -22,6 +23,7 @@ SCENES = {
     "DoublePendulum": "double_pendulum",
     "EulersDisc": "eulers_disc",
     "FourBars": "four_bars",
+    "Governor": "governor",
     "Gripper": "gripper",
     "Hourglass": "hourglass",
     "JammingDrawer": "jamming_drawer",
@@ -38,6 +40,7 @@ SCENES = {
     "TippeTop": "tippe_top",
     "TumblingBox": "tumbling_box",
     "Turntable": "turntable",
+    "VibratingFeeder": "vibrating_feeder",
     "Wall": "wall",
     "WreckingBall": "wrecking_ball",
 }

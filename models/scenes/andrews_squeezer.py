@@ -80,21 +80,21 @@ class AndrewsSqueezer:
         crank = at(beta, RR, 0)
         P = crank - at(beta + theta, D, 0)
         lever, toggle, low, high = B, A, A + at(delta, U, 0), A - at(epsilon, 0, U)
+        hook = B + at(gamma, 0.02, -0.018)
         centres = (
             at(beta, 0.00092, 0), crank - at(turns[1], 0.0115, 0), B + at(gamma, 0.01043, -0.01874),
             low - at(turns[3], 0, ZF - FA), A + at(delta, 0.02308, 0.00916), high + at(turns[5], ZF - FA, 0),
             A - at(epsilon, 0.00449, 0.01228),
         )  # fmt: skip
-        ends = ((0, crank), (crank, P), (lever, P), (low, P), (toggle, low), (high, P), (toggle, high))
+        ends = (((0, 0), crank), (crank, P), (P, lever, hook), (low, P), (toggle, low), (high, P), (toggle, high))
         scene = Scene(gravity=(0.0, 0.0))
-        scene.fixed(Disc(THICK), name="frame")
+        spot = Disc(THICK)
+        scene.fixed(Compound((spot, (0.0, 0.0)), (spot, A), (spot, B), (spot, C)), name="frame")
         for k, (mass, inertia) in enumerate(MASSES):
-            turn, centre, (one, other) = turns[k], centres[k], ends[k]
-            along = np.subtract(other, one)
-            middle, angle = at(-turn, *(0.5 * np.add(one, other) - centre)), math.atan2(along[1], along[0]) - turn
+            points = [at(-turns[k], *(np.array(end) - centres[k])) for end in ends[k]]
             scene.body(
-                Compound((Capsule(math.hypot(*along), THICK), middle, angle)), mass=mass, inertia=inertia,
-                centre=(0.0, 0.0), position=centre, turn=turn, name=f"K{k + 1}",
+                Compound(*map(_bar, points, points[1:])), mass=mass, inertia=inertia, centre=(0.0, 0.0),
+                position=centres[k], turn=turns[k], name=f"K{k + 1}",
             )  # fmt: skip
         for name, a, b, place in (
             ("O", "frame", "K1", (0.0, 0.0)), ("crank", "K1", "K2", crank), ("P", "K2", "K3", P),
@@ -104,9 +104,7 @@ class AndrewsSqueezer:
             scene.hinge(a, b, at=place, name=name)
         scene.ignore(*scene.bodies)
         scene.joints[0].motor(torque=self.M)
-        scene.spring(
-            "frame", "K3", at_a=C, at_b=B + at(gamma, 0.02, -0.018), stiffness=self.k, length=self.l0, name="spring"
-        )
+        scene.spring("frame", "K3", at_a=C, at_b=hook, stiffness=self.k, length=self.l0, name="spring")
         return scene
 
     def angles(self, bodies: Any) -> np.ndarray:
@@ -117,3 +115,9 @@ class AndrewsSqueezer:
     def published(self) -> np.ndarray:
         """Those at 0.03 s, of the default parameters [rad]."""
         return np.array(AT_30_MS)
+
+
+def _bar(one: np.ndarray, other: np.ndarray) -> tuple[Capsule, np.ndarray, float]:
+    """A part of a body, between two points."""
+    x, y = other - one
+    return Capsule(math.hypot(x, y), THICK), 0.5 * (one + other), math.atan2(y, x)

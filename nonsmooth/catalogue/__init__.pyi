@@ -19,6 +19,7 @@ from models.scenes.andrews_squeezer import AndrewsSqueezer as AndrewsSqueezer
 from models.scenes.billiard_break import BilliardBreak as BilliardBreak
 from models.scenes.block_on_incline import BlockOnIncline as BlockOnIncline
 from models.scenes.box_stack import BoxStack as BoxStack
+from models.scenes.car_on_bump import CarOnBump as CarOnBump
 from models.scenes.card_house import CardHouse as CardHouse
 from models.scenes.conveyor import Conveyor as Conveyor
 from models.scenes.crank_in_slot import CrankInSlot as CrankInSlot
@@ -26,6 +27,7 @@ from models.scenes.domino_row import DominoRow as DominoRow
 from models.scenes.double_pendulum import DoublePendulum as DoublePendulum
 from models.scenes.eulers_disc import EulersDisc as EulersDisc
 from models.scenes.four_bars import FourBars as FourBars
+from models.scenes.governor import Governor as Governor
 from models.scenes.gripper import Gripper as Gripper
 from models.scenes.hourglass import Hourglass as Hourglass
 from models.scenes.jamming_drawer import JammingDrawer as JammingDrawer
@@ -42,6 +44,7 @@ from models.scenes.sphere_box import SphereBox as SphereBox
 from models.scenes.tippe_top import TippeTop as TippeTop
 from models.scenes.tumbling_box import TumblingBox as TumblingBox
 from models.scenes.turntable import Turntable as Turntable
+from models.scenes.vibrating_feeder import VibratingFeeder as VibratingFeeder
 from models.scenes.wall import Wall as Wall
 from models.scenes.wrecking_ball import WreckingBall as WreckingBall
 from models.self_locking_rod import SelfLockingRod as SelfLockingRod

@@ -8,13 +8,16 @@ import pytest
 import nonsmooth as ns
 from models.scenes import (
     AndrewsSqueezer,
+    CarOnBump,
     CrankInSlot,
     DoublePendulum,
     FourBars,
+    Governor,
     Gripper,
     JammingDrawer,
     RimlessWheel,
     ShoeBrake,
+    VibratingFeeder,
 )
 
 
@@ -150,3 +153,53 @@ def test_a_rimless_wheel_passes_over_its_foot_or_rocks_back(share, passes):
     model = RimlessWheel(rate=share * RimlessWheel().least_rate())
     sol = run(model, 2.0)
     assert (sol["wheel"].turn.min() < -model.alpha) == passes
+
+
+def test_a_car_over_a_bump_follows_the_linear_equations_and_does_not_hop():
+    """To first order in the step, for the wheel strikes the bump; two per cent is the square of its slope."""
+    model, errors = CarOnBump(), []
+    for dt in (5e-4, 1e-4):
+        sol = run(model, 1.2, dt)
+        expected = model.linear(sol.t)
+        found = np.array([sol["chassis"].position[:, 1] - model.r, sol["chassis"].turn])
+        errors.append(np.max(abs(found - expected).max(axis=1) / abs(expected).max(axis=1)))
+        for wheel in ("rear", "front"):
+            x, y = sol[wheel].position.T
+            assert max(y - model.r - [model.lift(at) for at in x]) < 0.1 * dt  # a step's way along the slope of 0.1
+            assert all(sol.contacts(t).of(wheel).P_N.sum() > 0.0 for t in sol.t[1:])
+    assert errors[1] < 0.01 < errors[0] < 0.03
+
+
+@pytest.mark.parametrize(("a", "mu", "hops"), [(3e-4, 0.4, True), (1.5e-4, 0.2, False)])
+def test_a_feeder_conveys_as_its_phases_say(a, mu, hops):
+    model = VibratingFeeder(a=a, mu=mu)
+    assert (model.throw() > 1.0) == hops
+    errors = []
+    for dt in (1e-4, 2.5e-5):
+        sol = run(model, 0.2, dt)
+        way = sol["part"].position[:, 0] - sol["plate"].position[:, 0]
+        errors.append(abs(way - model.way(sol.t)).max() / way[-1])
+    assert errors[1] < 0.012 and errors[1] < 0.6 * errors[0] and abs(sol["part"].turn).max() < 1e-9
+
+
+def test_a_feeder_below_its_friction_carries_nothing():
+    model = VibratingFeeder(a=3e-5)
+    sol = run(model, 0.1, 1e-4)
+    assert model.speed(periods=5) == 0.0
+    way = sol["part"].position[:, 0] - sol["plate"].position[:, 0]
+    assert abs(way).max() < 1e-5 * model.a and abs(way[-1] - way[1]) < 1e-14  # after five periods
+
+
+def test_a_governor_swings_by_the_energy_of_its_one_angle_and_rests_where_that_is_least():
+    model, errors = Governor(), []
+    for dt in (2e-3, 1e-3):
+        sol = run(model, 2.0, dt)
+        errors.append(abs(model.angle(sol) - model.angle_at(sol.t)).max())
+    assert errors[1] < 5e-5 and 3.5 < errors[0] / errors[1] < 4.5 and sol.stats.worst_joint_drift < 1e-12
+    rest, small = model.rest(), 1e-3
+    slope, bend = (model.potential(rest + small) - model.potential(rest - small)) / small, model.frequency() ** 2
+    assert abs(slope) < 1e-5 * model.g
+    curve = (model.potential(rest + small) - 2 * model.potential(rest) + model.potential(rest - small)) / small**2
+    assert curve / (2 * model.inertia(rest)) == pytest.approx(bend, rel=1e-4)
+    still = run(Governor(alpha=rest), 2.0)
+    assert np.ptp(model.angle(still)) < 5e-5 and Governor(w=3.0).rest() == 0.0
