@@ -222,6 +222,8 @@ FEATURES = {
     **{f"paradox, {type(i).__name__}": (PARADOX, i) for i in INTEGRATORS},
     "lift-off chosen": (PARADOX[:4] + ("lift-off",), INTEGRATORS[0]),
     "impact chosen": (PARADOX[:4] + ("impact",), INTEGRATORS[1]),
+    "sticks in space": (of_model(SpatialPainleveRod(mu=0.6), 0.05, th=1.3, phi=2.0, slip=0.2), INTEGRATORS[1]),
+    "impact without collision in space": (of_model(SpatialPainleveRod(mu=2.0), 0.01, th=1.0), INTEGRATORS[1]),
     "no solution": (of_model(SelfLockingRod(mu=1.0, th0=0.9), 0.02, th=0.9), INTEGRATORS[0]),
     "accumulation of impacts": (of_model(BouncingBall(e=0.3), 0.3, height=0.01), INTEGRATORS[1]),
     "accumulation of impacts, extrapolated": (of_model(BouncingBall(e=0.3), 0.3, height=0.01), INTEGRATORS[2]),

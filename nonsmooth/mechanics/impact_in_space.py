@@ -12,7 +12,7 @@ the d with d x (G_TN - mu G_TT d) = 0 that v grows along; gamma_N is linear in P
 where gamma_N = 0 on the way up, and the law of impact says how far expansion goes (mechanics/impact.py). In the plane
 all this is the line with one bend that is there.
 Source: Keller, *J. Appl. Mech.* 53 (1986) 1; Stronge, *Impact Mechanics* (2000), chapter 5; the series is ours.
-Equations: docs/theory/painleve_in_space.md, (15) to (17).
+Equations: docs/theory/painleve_in_space.md, (16) to (18).
 """
 
 from __future__ import annotations

@@ -317,7 +317,7 @@ class System:
 
     @property
     def is_spatial(self) -> bool:
-        """Whether it has kinematics, or friction in two directions: what `MoreauJean` takes and others do not."""
+        """Whether it has kinematics, or friction in two directions: what `MoreauJean` takes and not every other."""
         return self.kinematics is not None or self.d > 1
 
     @property

@@ -89,11 +89,16 @@ def in_space(method: Integrator, system: System) -> Integrator:
         Of a method that has nothing for such a system.
     """
     from nonsmooth.integrators.adaptive.options import Adaptive
+    from nonsmooth.integrators.event_driven.options import EventDriven
 
     if isinstance(method, Adaptive):
         from nonsmooth.integrators.adaptive.in_space import AdaptiveInSpace
 
         return AdaptiveInSpace(method.rtol, method.atol)
+    if isinstance(method, EventDriven):
+        from nonsmooth.integrators.event_driven.in_space import EventDrivenInSpace
+
+        return EventDrivenInSpace(method.rtol, method.atol)
     require_planar(system, type(method).__name__)
     return method
 

@@ -556,9 +556,8 @@ def test_a_system_that_cannot_be_is_refused(changes, said):
 
 
 @pytest.mark.parametrize("ask", [
-    lambda s: ns.simulate(s, (0, 1), [0, 0, 0], [1, 0, 0], integrator=ns.EventDriven()),
     lambda s: ns.limit_cycle(s, state=([0, 0, 0], [1, 0, 0])),
-    ns.linearise, ns.equilibrium,
+    lambda s: ns.continue_cycle(s, "mu", [0.1, 0.2]),
 ])  # fmt: skip
 def test_who_cannot_says_so_and_names_who_can(ask):
     with pytest.raises(
