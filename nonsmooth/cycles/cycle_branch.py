@@ -28,7 +28,7 @@ from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import OtherSequence, Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.mechanics.start import answers_start
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.failures import StepFailure
@@ -163,7 +163,7 @@ def continue_cycle(
     InvalidInput
         When there are no values, or there is no cycle at the first one.
     """
-    grid, system = as_vector("values", values), as_planar(as_model(system), "continue_cycle")
+    grid, system = as_vector("values", values), as_rated(as_model(system), "continue_cycle")
     if grid.size == 0:
         raise InvalidInput(f"values of {parameter} must be at least one; got none")
     as_name("parameter", parameter, system.parameter_values)

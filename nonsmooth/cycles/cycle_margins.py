@@ -19,7 +19,7 @@ import numpy as np
 from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
 from nonsmooth.cycles.flow_map import flow_curve
 from nonsmooth.cycles.mode_flow import ModeFlow, mode_flow, mu_of
-from nonsmooth.mechanics.system import BILATERAL, MASS, NORMAL, TANGENT, ContactMode
+from nonsmooth.mechanics.system import BILATERAL, MASS, NORMAL, ContactMode
 from nonsmooth.paradox.classify import classify
 
 MARGIN_PIECES = 48  # chosen: of a phase, between which a margin has one minimum at most
@@ -57,7 +57,7 @@ def slip_of(flow: ModeFlow, i: int, x: np.ndarray) -> float:
 def p_of(flow: ModeFlow, i: int, x: np.ndarray) -> float:
     """p/G_NN of a contact that slides, the lesser one of a bilateral contact."""
     q, u, t = flow.parts(x)
-    N, T = flow.call(NORMAL, q, u, t)[i], flow.call(TANGENT, q, u, t)[i, 0]
+    N, T = flow.call(NORMAL, q, u, t)[i], flow.along(q, u, t)[0][i]
     by_N = np.linalg.solve(flow.call(MASS, q, u, t), N)
     G_NN, G_NF = (N @ by_N).real, (T @ by_N).real
     s = flow.sliding[i]

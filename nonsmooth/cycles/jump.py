@@ -61,6 +61,11 @@ def read_jump(flow: ModeFlow, before: np.ndarray, after: np.ndarray, events: lis
         When it is no single impact.
     """
     system = flow.system
+    if system.d > 1:
+        raise InvalidInput(
+            f"the motion passes an impact with friction in two directions at t = {flow.t:.6g} s; cycles through these "
+            "are not computed"
+        )
     gamma_minus = flow.row_velocities(*flow.parts(before)).real
     gamma_plus = flow.row_velocities(*flow.parts(after)).real
     blows = []

@@ -15,7 +15,7 @@ from nonsmooth.cycles.shooting import Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.mechanics.model_system import as_planar
+from nonsmooth.mechanics.model_system import as_rated
 from nonsmooth.mechanics.start import answers_start, forms_of, own_state, own_time, start_of
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
@@ -81,7 +81,7 @@ def limit_cycle(
     (2.02034826, 0.25014763, True)
     """
     model = as_model(system)
-    system = as_planar(model, "limit_cycle")
+    system = as_rated(model, "limit_cycle")
     if guess is not None and state is not None:
         raise InvalidInput("give either guess or state; got both")
     word, guess = ("guess", guess) if state is None else ("state", state)

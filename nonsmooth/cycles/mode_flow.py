@@ -4,11 +4,11 @@
     [ W_N   0     0    ] [ la_N ] = [ -(W_N' u + w_N')     ]       W_s = W_F              of contacts that stick
     [ W_s   0     0    ] [ la_F ]   [ -(W_s' u + w_s')     ]
 
-with the signs s of sliding and n of the normal force as in ``sliding_mode``. A mode lasts while its margins are
-positive: the sliding velocity s gamma_F, the normal force n la_N, and for a contact that sticks mu_s n la_N -+ la_F.
-An open unilateral contact has its gap for a margin. All of it runs with complex numbers, so that the flow and its
-margins can be differentiated exactly. The state is x = (q, u); where model functions read the time it is (q, u, t),
-t' = 1. Source: Glocker, *Set-Valued Force Laws* (2001), chapter 5.
+with the signs s of sliding, in space its direction, and n of the normal force as in ``sliding_mode``. A mode lasts
+while its margins are positive: the sliding velocity s gamma_F, the normal force n la_N, and for a contact that sticks
+mu_s n la_N -+ la_F. An open unilateral contact has its gap for a margin. All of it runs with complex numbers, so that
+the flow and its margins can be differentiated exactly. The state is x = (q, u); where model functions read the time it
+is (q, u, t), t' = 1. Source: Glocker, *Set-Valued Force Laws* (2001), chapter 5.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
+from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.acceleration_problem import ROW_RATE_INCREMENT
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.system import (
@@ -30,8 +31,6 @@ from nonsmooth.mechanics.system import (
     NORMAL,
     NORMAL_FORCE,
     ROW_RATES,
-    SURFACE_VELOCITY,
-    TANGENT,
     UNILATERAL,
     ContactMode,
 )
@@ -84,8 +83,7 @@ class ModeFlow(SlidingMode):
         W_N = self.call(NORMAL, q, u, t) if self.constrained else h[:0]
         W_F, gamma_F = h[:0], pressing * 0
         if system.d:
-            W_F = self.call(TANGENT, q, u, t)[:, 0]
-            gamma_F = W_F @ u + self.call(SURFACE_VELOCITY, q, u, t)[:, 0]
+            W_F, gamma_F = self.along(q, u, t)
         slopes = pressing * 0  # la_F/la_N of the contacts that slide
         forces, rows, rates = [], [], []
         row_rates = self.row_rates(q, u, t) if self.constrained or self.stuck else None
@@ -143,7 +141,8 @@ class ModeFlow(SlidingMode):
         return rate
 
     def row_rates(self, q: np.ndarray, u: np.ndarray, t: Any) -> np.ndarray:
-        """W' u + w' (n_c, 1 + d), from the model or by a fourth-order difference along the motion."""
+        """W' u + w' (n_c, 1 + d), from the model or by a fourth-order difference along the motion; of friction the
+        first row, which is asked for where it has one."""
         if ROW_RATES in self.system.functions:
             return self.call(ROW_RATES, q, u, t)
         e = ROW_RATE_INCREMENT / max(float(np.abs(u).max()), 1.0)
@@ -151,12 +150,11 @@ class ModeFlow(SlidingMode):
         return (ahead[0] - 8 * ahead[1] + 8 * ahead[2] - ahead[3]) / (12 * e)
 
     def row_velocities(self, q: np.ndarray, u: np.ndarray, t: Any) -> np.ndarray:
-        """gamma_N and gamma_F (n_c, 1 + d)."""
+        """gamma_N and gamma_F (n_c, 2), or gamma_N alone without friction."""
         gamma_N = self.call(NORMAL, q, u, t) @ u + self.call(GAP_RATE, q, u, t)
         if not self.system.d:
             return gamma_N[:, None]
-        gamma_F = self.call(TANGENT, q, u, t)[:, 0] @ u + self.call(SURFACE_VELOCITY, q, u, t)[:, 0]
-        return np.stack([gamma_N, gamma_F], axis=1)
+        return np.stack([gamma_N, self.along(q, u, t)[1]], axis=1)
 
     def margins(self, x: np.ndarray) -> dict[Margin, complex]:
         """What must stay positive while the mode lasts, by contact and kind.
@@ -195,7 +193,14 @@ def mode_flow(system, states: tuple[ContactState, ...], t: float = 0.0) -> ModeF
     """The flow in which each contact does what its state says."""
     closed = tuple(i for i, state in enumerate(states) if state.mode != ContactMode.OPEN)
     stuck = tuple(i for i in closed if states[i].mode == ContactMode.STICK)
-    sliding = np.array([float(state.slip) for state in states])
+    in_space = system.kinds[:, 1] == 2
+    for i in stuck:
+        if in_space[i]:
+            raise InvalidInput(
+                f"{system.described.contacts[i]} sticks; with friction in two directions cycles are computed that "
+                "slide or fly all the time: where a slide stops, its direction has no derivative"
+            )
+    sliding = np.where(in_space, 1.0, [float(state.slip) for state in states])
     normal = np.array([float(state.normal) for state in states])
     return ModeFlow(system, closed, sliding, normal, t, stuck)
 

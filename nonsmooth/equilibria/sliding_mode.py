@@ -113,13 +113,26 @@ class SlidingMode:
             total += la_N @ rows
             pressing[self.constrained] = self.normal[self.constrained] * la_N
         if system.d:
-            W_F, w_F = self.call(TANGENT, q, u), self.call(SURFACE_VELOCITY, q, u)
+            W_F, gamma_F = self.along(q, u)
             for i in self.closed:
-                if m := system.kinds[i, 1]:
-                    gamma = W_F[i, :m] @ u + w_F[i, :m]
-                    s = self.sliding[i : i + 1] if m == 1 else gamma / np.sqrt(gamma @ gamma)
-                    total -= mu_of(system.laws, i, s @ gamma) * pressing[i] * s @ W_F[i, :m]
+                if system.kinds[i, 1]:
+                    s = self.sliding[i]
+                    total -= mu_of(system.laws, i, s * gamma_F[i]) * pressing[i] * s * W_F[i]
         return total
+
+    def along(self, q: np.ndarray, u: np.ndarray, t: complex | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """W_F (n_c, n) and gamma_F (n_c,), in space those along the slides of the closed contacts."""
+        W_F, w_F = self.call(TANGENT, q, u, t), self.call(SURFACE_VELOCITY, q, u, t)
+        rows, gamma_F = W_F[:, 0], W_F[:, 0] @ u + w_F[:, 0]
+        if self.system.d == 1:
+            return rows, gamma_F
+        rows = rows.copy()
+        for i in self.closed:
+            if self.system.kinds[i, 1] == 2:
+                gamma = W_F[i] @ u + w_F[i]
+                gamma_F[i] = np.sqrt(gamma @ gamma)
+                rows[i] = gamma / gamma_F[i] @ W_F[i]
+        return rows, gamma_F
 
     def force(self, q: np.ndarray, u: np.ndarray, la_N: np.ndarray) -> np.ndarray:
         """f (n,), complex."""

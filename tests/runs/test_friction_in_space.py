@@ -555,17 +555,6 @@ def test_a_system_that_cannot_be_is_refused(changes, said):
         run(ns.System(**given | changes), 0.1, [0, 0, 0], 1e-2)
 
 
-@pytest.mark.parametrize("ask", [
-    lambda s: ns.limit_cycle(s, state=([0, 0, 0], [1, 0, 0])),
-    lambda s: ns.continue_cycle(s, "mu", [0.1, 0.2]),
-])  # fmt: skip
-def test_who_cannot_says_so_and_names_who_can(ask):
-    with pytest.raises(
-        ns.InvalidInput, match=r"takes no system with friction in two directions; MoreauJean\(dt=\.\.\.\)"
-    ):
-        ask(a_block())
-
-
 def test_contacts_that_exclude_each_other_end_the_run_with_their_problem(tmp_path):
     """Two walls close in on a particle from both sides."""
 

@@ -46,6 +46,14 @@ def tangent(t, q, p, W_F):
     W_F[0, 0, 0] = W_F[0, 1, 1] = 1.0
 
 
+def between(t, q, p, g_N):
+    g_N[0], g_N[1] = q[2], 0.1 - q[2]
+
+
+def on_both(t, q, p, W_F):
+    W_F[0, 0, 0] = W_F[0, 1, 1] = W_F[1, 0, 0] = W_F[1, 1, 1] = 1.0
+
+
 def surface_velocity(t, q, p, w_F):
     w_F[0, 0], w_F[0, 1] = -p.vx, -p.vy
 
@@ -228,6 +236,10 @@ def test_what_is_not_followed_from_event_to_event_is_refused():
     with pytest.raises(ns.InvalidInput, match="compliant-limit"):
         ns.simulate(rod, (0, 1), *rod.state(), integrator=FINE, selection="impact")
     system = sprung()
+    contact = ns.Contact(mu=0.3, directions=2)
+    with pytest.raises(ns.InvalidInput, match="one contact, unilateral; got 2 contacts"):
+        two = dataclasses.replace(system, contacts=[contact, contact], gap=between, tangent=on_both)
+        ns.simulate(two, (0, 1), np.zeros(3), np.zeros(3), integrator=FINE)
     with pytest.raises(ns.InvalidInput, match="e_F"):
         ns.simulate(
             dataclasses.replace(system, contacts=[ns.Contact(mu=0.3, e_F=0.5, directions=2)]), (0, 1), np.zeros(3),
