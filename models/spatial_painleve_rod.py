@@ -245,6 +245,17 @@ class SpatialPainleveRod:
         tilt = kappa * math.cos(th) * (math.sin(th) - self.mu * math.cos(th) * ahead) / self.m
         return (free - la_N * tilt) * ahead - la_N * self.mu * (1 + kappa) / self.m, (free - la_N * tilt) * side
 
+    def rate_of_p(
+        self, th: float, phi: float, thdot: float = 0.0, psidot: float = 0.0, slip: float = 1.0
+    ) -> float:  # fmt: skip
+        """dp/ds at a state with p = 0, dt = p ds [1/(kg^2 s)]; where it is negative the slide turns into the paradox.
+
+        (mu b kappa^2/(v m^2)) sin th cos^2 th sin^2 phi (sin th + mu cos th cos phi): where b < 0, unless phi = 0.
+        """
+        s, c, mu = math.sin(th), math.cos(th), self.mu
+        turning = (self.kappa() / self.m * c * math.sin(phi)) ** 2 * s * (s + mu * c * math.cos(phi))
+        return mu * self.b(th, thdot, psidot) / as_positive("slip", slip, "m/s") * turning
+
     def impact_without_collision(
         self, th: float = math.pi / 3, phi: float = 0.4, thdot: float = 0.0, psidot: float = 0.0, slip: float = 1.0,
         e: float | None = None, law: str = "newton",

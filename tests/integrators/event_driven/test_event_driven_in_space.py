@@ -168,6 +168,7 @@ def test_in_space_a_slide_turns_into_the_paradox_and_its_force_grows_without_bou
     y, rate = path.y[:, -1], 1e-6 * rates(0, path.y[:, -1])
     slope = (p_of(0, y + rate) - p_of(0, y - rate)) / 2e-6
     assert slope == pytest.approx(rod.mu * b / np.hypot(*slip) * turns, rel=1e-7) and slope < 0
+    assert rod.rate_of_p(th, phi, there[8], there[9], np.hypot(*slip)) == pytest.approx(slope, rel=1e-7)
     impact = rod.impact_without_collision(th, phi - 1e-9, there[8], there[9], np.hypot(*slip))
     after = np.flatnonzero(sol.t == event.t)[-1]
     h, across = np.array([math.cos(psi), math.sin(psi)]), np.array([-math.sin(psi), math.cos(psi)])
