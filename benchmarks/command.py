@@ -14,7 +14,7 @@ from nonsmooth.commands.typed_input import Parser
 from nonsmooth.errors import InvalidInput
 
 NAMES = (
-    "accuracy", "bits", "bodies", "calls", "contacts", "core", "exact", "ladder", "limit", "others", "paradox",
+    "accuracy", "bits", "bodies", "calls", "chain", "contacts", "core", "exact", "ladder", "limit", "others", "paradox",
     "penalty", "piles", "player", "precision", "published", "robots", "scenes", "solvers", "space", "stability",
     "stress", "sweep", "symbolic", "work",
 )  # fmt: skip

@@ -57,7 +57,7 @@ class Governor:
     >>> from nonsmooth.catalogue import Governor
     >>> governor = Governor()
     >>> round(governor.rest(), 4), round(governor.frequency(), 4), Governor(w=3.0).rest()
-    (1.1152, 6.4182, 0.0)
+    (1.0861, 5.4661, 0.0)
     """
 
     l: float = 0.4  # arms and links [m]

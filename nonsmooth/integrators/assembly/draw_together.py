@@ -18,10 +18,11 @@ from nonsmooth.contact.network.patience import Patience, copy_patience
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.joined_trees import Tree, solve_trees
 from nonsmooth.integrators.assembly.progress import Progress
 from nonsmooth.integrators.assembly.project import SHARE, Moves, has_joints
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.scenes.detection import Found
 
 
@@ -44,6 +45,7 @@ class Held(Block):
     passes: int  # that were made after the bodies have moved (hold_places.py)
     is_parted: Array[Ints, "n_b"]  # the islands that they are for
     islands: HeldIslands
+    tree: Tree  # of joints, of an island after the other
     patience: Patience  # with what solvers led to: not with what became of the places
     contradicted: int
     P: Array[Floats, "m", "d"]
@@ -67,6 +69,7 @@ def draw_together(progress_at, d):
             return 0
         begin_places(network, solver, held)
         write_drifts(found, contacts, network, moves, progress.dt)
+    solve_trees(places.network, address(held.tree), solver.tol, 0, d)
     wanted = solve_network(places.network, places.solver, places.desk, d)
     if wanted > 0:
         return wanted

@@ -16,12 +16,13 @@ from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.integrators.assembly.draw_together import Held, begin_places, end_places
+from nonsmooth.integrators.assembly.joined_trees import solve_trees
 from nonsmooth.integrators.assembly.joints import Joints, drift_of_joint, first_joint, largest_drift
 from nonsmooth.integrators.assembly.of_body import move_body
 from nonsmooth.integrators.assembly.progress import Progress
 from nonsmooth.integrators.assembly.project import Moves, has_joints, normal_velocity
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import view
+from nonsmooth.jit.blocks import address, view
 from nonsmooth.numerics.rounding import rounded_sum
 from nonsmooth.scenes.detection import Found
 
@@ -49,6 +50,7 @@ def hold_places(progress_at, d):
         if held.is_begun == 0:
             begin_places(network, solver, held)
             write_problem(bodies, found, contacts, network, held, progress.dt)
+        solve_trees(places.network, address(held.tree), solver.tol, 0, d)
         wanted = solve_network(places.network, places.solver, places.desk, d)
         if wanted > 0:
             return wanted

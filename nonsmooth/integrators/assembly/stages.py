@@ -25,7 +25,7 @@ from nonsmooth.integrators.assembly.divided import (
     is_taken_again,
 )
 from nonsmooth.integrators.assembly.doubtful import find_doubtful
-from nonsmooth.integrators.assembly.draw_together import draw_together
+from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.drive_rows import Drives, add_drives, rub_joints, write_drives
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.friction import UNCHANGED, take_friction, update_friction
@@ -34,6 +34,7 @@ from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.hidden import leave_out_hidden
 from nonsmooth.integrators.assembly.hold_places import hold_places
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact
+from nonsmooth.integrators.assembly.joined_trees import solve_trees
 from nonsmooth.integrators.assembly.joints import (
     Joints,
     add_joints,
@@ -325,6 +326,9 @@ def solve(progress, places, network, d):
     """The contact problem at hand; a problem that is not solved goes to Python once, for other solvers, and before that
     one that several threads are to solve."""
     if progress.is_tried == 0:
+        if progress.is_shared == 0 and view(places.joints, Joints).count > 0:
+            tree, tol = address(view(places.held, Held).tree), view(places.solver, Solver).tol
+            solve_trees(places.network, tree, tol, 1, d)
         if progress.is_shared == 0 and are_worth_sharing(network.islands, progress):
             return TOGETHER
         if progress.is_shared == 0:

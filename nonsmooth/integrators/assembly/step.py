@@ -30,6 +30,7 @@ from nonsmooth.integrators.assembly.hidden import Links, leave_out_hidden
 from nonsmooth.integrators.assembly.hold_places import hold_places
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact
 from nonsmooth.integrators.assembly.in_motion import ROOM, InMotion, Stages
+from nonsmooth.integrators.assembly.joined_trees import solve_trees
 from nonsmooth.integrators.assembly.joints import Joints, Reactions, book_reactions, leave_out_ignored, write_joints
 from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
@@ -118,7 +119,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
     others: list[Kernel] = [entry[dim] for entry in of_all]
     others += [turn_inertia] if dim == 3 else []
     others += [begin_impact[dim], *OF_REBOUNDS] if has_restitution else []
-    others += [write_joints, draw_together, hold_places] if has_joints else []
+    others += [write_joints, solve_trees[dim], draw_together, hold_places] if has_joints else []
     others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
     scratch = planar_scratch if dim == 2 else spatial_scratch
     return Stages(take_steps[dim], find_contacts[dim], scratch, tuple(others))

@@ -16,6 +16,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import EXACT_BODIES, Solver
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.hold_places import hold_places, write_gaps
+from nonsmooth.integrators.assembly.joined_trees import NO_TREE
 from nonsmooth.integrators.assembly.joints import first_joint
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
@@ -171,6 +172,7 @@ def test_places_are_drawn_together_alike_however_often_room_is_asked_for(dim, ke
     first = interpreted(first_joint)(assembly.found, network)
     interpreted(write_gaps)(assembly.joints, assembly.bodies, assembly.found, assembly.contacts, network, first)
     kept = {name: getattr(network, name).copy() for name in ("P", "b", "mu", "v", "v_free")}
+    assembly.held.tree.is_ready[:] = NO_TREE  # else no factors of the ladder are asked for
     for fill in (5000, 2):
         assembly.fill, assembly.solver = fill, new(Solver, fill=0, m=0, n_b=0, d=dim, n=3 * (dim - 1))
         assembly._make_solver()
