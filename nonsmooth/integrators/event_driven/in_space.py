@@ -74,12 +74,12 @@ from nonsmooth.jit import Kernel, kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, new, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem
 from nonsmooth.mechanics.contact_problem import Work, row_velocities
+from nonsmooth.mechanics.impact import follows_own_law
 from nonsmooth.mechanics.impact_in_space import Hodograph, collide_in_space, turning
 from nonsmooth.mechanics.laws import (
     LAW_E_F,
     LAW_E_N,
     LAW_IMPACT,
-    ImpactLaw,
     friction_coefficient,
     is_no_friction,
     static_coefficient,
@@ -424,7 +424,7 @@ def strike(sys, is_lost, x, state, c):
     number of solutions, 0 where there is none."""
     work, h, laws, found = c.work, c.hodograph, sys.laws, 1
     mu, law = friction_coefficient(laws, 0, length_along(c.gamma, 0)), int(laws[0, LAW_IMPACT])
-    if is_lost or law != ImpactLaw.NEWTON.value:
+    if is_lost or follows_own_law(0, sys.kinds, laws):
         for a in range(3):
             h.before[a] = c.gamma[0, a]
             for b in range(3):

@@ -137,6 +137,19 @@ def test_where_no_force_fits_the_slide_ends_by_the_impact_without_collision(law)
     assert event.mode_after == (STICK if law == "newton" else OPEN)
 
 
+@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
+def test_a_slide_that_turns_past_rest_goes_on_after_the_impact_that_is_classified(law):
+    finger, state = RobotFinger(mu=2.5, e=0.5), {"th2": -1.27, "phi": -0.94, "slip": 0.5}
+    system = finger.system()
+    system = dataclasses.replace(system, contacts=[dataclasses.replace(system.contacts[0], impact=law)])
+    sol = ns.simulate(system, (0, 1e-4), *finger.state(**state), integrator=FINE)
+    (listed,) = [x for x in ns.classify(finger, state=state).impacts if x.law.name.lower() == law]
+    event = sol.events[0]
+    assert event.kind == ns.EventKind.INCONSISTENT and event.mode_after == (SLIDE if law == "newton" else OPEN)
+    np.testing.assert_allclose(sol.u[1], listed.u, atol=1e-12)
+    assert event.P_N == pytest.approx(listed.P_N[0]) and np.linalg.norm(listed.gamma_F[0]) > 0.01
+
+
 def test_in_space_a_slide_turns_into_the_paradox_and_its_force_grows_without_bound():
     """With dt = p ds the rates stay finite at p = 0: free p - b pushed. The slide passes it with b < 0, la_N ~ 1/sqrt.
 
