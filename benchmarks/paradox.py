@@ -22,6 +22,7 @@ REPEATS = 3
 SIDE = 1000  # states along each of two axes
 MAPS: dict[str, dict[str, tuple[float, float]]] = {
     "painleve-rod": {"th": (0.0, 1.57), "mu": (0.0, 3.0)},
+    "spatial-painleve-rod": {"th": (0.05, 1.5), "phi": (-1.5, 1.5)},
     "bilateral-rod": {"th": (0.0, 1.57), "thdot": (-9.0, 9.0)},
     "sprag-slip": {"th": (0.1, 1.5), "thdot": (-5.0, 5.0)},
 }
@@ -37,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
         model = load(name)()
         whole_map(model, {axis: values[:2] for axis, values in axes.items()})  # compile
         seconds = least_time(functools.partial(whole_map, model, axes))
-        print(f"map of {SIDE**2} states, {name:14} {seconds:7.3f} s  ({1e9 * seconds / SIDE**2:.0f} ns a state)")
+        print(f"map of {SIDE**2} states, {name:20} {seconds:7.3f} s  ({1e9 * seconds / SIDE**2:.0f} ns a state)")
     print()
     for n in BLOCKS:
         seconds = classification_time(n)

@@ -11,4 +11,4 @@ def test_blocks_in_a_row_rest_in_one_way(monkeypatch, capsys):
     monkeypatch.setattr(paradox, "SIDE", 10)
     monkeypatch.setattr(paradox, "BLOCKS", (1, 2))
     assert paradox.main([]) == 0
-    assert capsys.readouterr().out.count("map of 100 states") == 3
+    assert capsys.readouterr().out.count("map of 100 states") == 4
