@@ -249,6 +249,8 @@ class SceneSolution(RecordsOfScene):
 
     def __getitem__(self, body: str | Body) -> BodyMotion:
         """The motion of a body, by its name, or by itself where it is one of the scene that has run."""
+        if isinstance(body, str) and body not in self.names and body in self.joint_names:
+            raise InvalidInput(f"{body} is a joint; sol.joint({body!r}) has what it did, sol[...] is of bodies")
         is_named = isinstance(body, str) or self.scene is None
         own = [] if is_named else [each.name for each in self.bodies if each is body]
         k = index_of(own[0] if own else body, self.names)

@@ -17,24 +17,24 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Ints
 
 # code: the methods: factors of an island of some bodies, and of many; sweeps beyond the budget; factors to bring to
-# rounding what is at rest; interior points
-FACTORS, MANY_FACTORS, LONG_SWEEPS, AT_REST, INTERIOR = range(5)
+# rounding what is at rest; interior points; their starts but the first
+FACTORS, MANY_FACTORS, LONG_SWEEPS, AT_REST, INTERIOR, OTHER_STARTS = range(6)
 # measured: while the last penetrations are taken back 150 boxes take three factors a step, in 50 steps, and 400 in 100
 # to 200: of 13 heaps of 400 seven rest within 4 s with 200, twelve with 600, half a second sooner; 2000 help no more.
 # The first one beyond them is in vain
-CREDIT = (0, 0, 0, 601, 0)
-ABSENCE_GROWTH = (2, 4, 2, 1, 2)  # chosen: factors of many bodies are dear; what comes to rest does so at last
+CREDIT = (0, 0, 0, 601, 0, 0)
+ABSENCE_GROWTH = (2, 4, 2, 1, 2, 2)  # chosen: factors of many bodies are dear; what comes to rest does so at last
 # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile. Sweeps and interior points
 # cost less than what they leave
-LONGEST_ABSENCE = (1023, 1023, 31, 1023, 31)
+LONGEST_ABSENCE = (1023, 1023, 31, 1023, 31, 31)
 
 
 class Patience(Block):
     """Of each method."""
 
-    left: Array[Ints, "5"]  # problems for which it is left out
-    wait: Array[Ints, "5"]  # how many these were the last time
-    spent: Array[Ints, "5"]  # costs in vain since it was left out or paid
+    left: Array[Ints, "6"]  # problems for which it is left out
+    wait: Array[Ints, "6"]  # how many these were the last time
+    spent: Array[Ints, "6"]  # costs in vain since it was left out or paid
 
 
 @kernel

@@ -43,7 +43,7 @@ FIRST_FILL_OF_PART = 8  # measured: blocks of factors a body: falling spheres ta
 ADDITIONS = 5  # chosen: times that contacts are added; one is rare
 
 
-def solve_pressed(network: Network, k: int, tol: float) -> int:
+def solve_pressed(network: Network, k: int, tol: float, starts: Sequence[Start]) -> int:
     """Improve the impulses of island k by its pressed contacts, to a residual of tol if that can be; how many factors
     that took. It judges velocities, gamma and residuals of all islands."""
     contacts, made = contacts_of(network, k), 0
@@ -52,7 +52,6 @@ def solve_pressed(network: Network, k: int, tol: float) -> int:
     is_kept = are_pressed(network, contacts)
     network.P[contacts[~is_kept]] = 0.0
     for _ in range(ADDITIONS):
-        starts = PRESSED_STARTS[network.b.shape[1]]
         made += solve_part(network, contacts[is_kept], tol, starts, PRESSED_MOST)
         judge_impulses(network)
         if network.islands.residual[k] < least:

@@ -6,7 +6,9 @@
     few contacts    what these leave, by `solve_contact`, with the Delassus matrix G = J M^-1 J^T of the island
 
 Some bodies of very unlike masses, that are met but not solved to rounding, come here too. That costs milliseconds, and
-other islands that are met never come here. Where interior points led nowhere they are left out for a while.
+other islands that are met never come here. Where interior points led nowhere they are left out for a while; where
+those of all starts came nearer and missed the tolerance, all but the first one are. Measured, 80 steps of a wall of 100
+bricks that a ball knocks over take 12 s in place of 41: 46 of them miss 1e-8 in place of 43, by 1e-6 in the median.
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.from_inside import STARTS, STARTS_OF_FEW
 from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.matrices import softness
-from nonsmooth.contact.network.patience import INTERIOR, note_outcome
-from nonsmooth.contact.network.pressed import contacts_of, solve_pressed, solve_whole
+from nonsmooth.contact.network.patience import INTERIOR, OTHER_STARTS, note_outcome
+from nonsmooth.contact.network.pressed import PRESSED_STARTS, contacts_of, solve_pressed, solve_whole
 from nonsmooth.contact.network.problem import Network, judge_network
 from nonsmooth.contact.network.solve import (
     BY_INTERIOR,
@@ -75,18 +77,22 @@ def may_go_inside(network: Network, solver: Solver, k: int, tol: float) -> bool:
 def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
     """Interior points for island k; few bodies by all contacts first: measured, 27 boxes that fall take 1.7 s so, and
     4.8 s the other way round."""
-    islands, before = network.islands, float(network.islands.residual[k])
+    islands, patience, before = network.islands, solver.patience, float(network.islands.residual[k])
     goal = min(tol, SOLVED_TO_ROUNDING) if tol <= FINE and are_very_unlike(network, k) else tol
     bodies = bodies_of(network, k)
     if bodies <= EXACT_BODIES:
         islands.factors[k] += solve_whole(network, k, goal, STARTS_OF_FEW)
+    is_wide = bodies <= EXACT_BODIES or patience.left[OTHER_STARTS] == 0
     if not islands.residual[k] <= goal:
-        islands.factors[k] += solve_pressed(network, k, goal)
-    if not islands.residual[k] <= goal and EXACT_BODIES < bodies <= FEW_BODIES:
+        starts = PRESSED_STARTS[network.b.shape[1]]
+        islands.factors[k] += solve_pressed(network, k, goal, starts if is_wide else starts[:1])
+    if not islands.residual[k] <= goal and is_wide and EXACT_BODIES < bodies <= FEW_BODIES:
         islands.factors[k] += solve_whole(network, k, goal, STARTS)
     islands.rung[k] = BY_INTERIOR
-    is_worth_it = islands.residual[k] <= max(goal, WORTH_IT * before)
-    interpreted(note_outcome)(solver.patience, INTERIOR, is_worth_it, 0, 1)
+    is_met = bool(islands.residual[k] <= goal)
+    interpreted(note_outcome)(patience, INTERIOR, is_met or islands.residual[k] <= WORTH_IT * before, 0, 1)
+    if is_wide and bodies > EXACT_BODIES:
+        interpreted(note_outcome)(patience, OTHER_STARTS, is_met, 0, 1)
 
 
 def solve_dense(network: Network, k: int, tol: float) -> None:

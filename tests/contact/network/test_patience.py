@@ -14,6 +14,7 @@ from nonsmooth.contact.network.patience import (
     LONG_SWEEPS,
     LONGEST_ABSENCE,
     MANY_FACTORS,
+    OTHER_STARTS,
     Patience,
     begin_problem,
     copy_patience,
@@ -22,7 +23,7 @@ from nonsmooth.contact.network.patience import (
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 
-METHODS = [FACTORS, MANY_FACTORS, LONG_SWEEPS, AT_REST, INTERIOR]
+METHODS = [FACTORS, MANY_FACTORS, LONG_SWEEPS, AT_REST, INTERIOR, OTHER_STARTS]
 
 
 def note(patience, method, has_paid, cost=0, least=1):

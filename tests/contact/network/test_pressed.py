@@ -7,6 +7,7 @@ import nonsmooth as ns
 from nonsmooth.contact.network import pressed
 from nonsmooth.contact.network.from_inside import STARTS
 from nonsmooth.contact.network.gauss_seidel import relax
+from nonsmooth.contact.network.pressed import PRESSED_STARTS as STARTS_OF
 from nonsmooth.contact.network.pressed import are_pressed, contacts_of, part_of, solve_pressed, solve_whole
 from nonsmooth.jit import interpreted
 from tests.contact.network.problems import copy_of, heap, judge
@@ -30,7 +31,7 @@ def test_an_island_is_solved_by_what_presses_and_its_open_contacts_have_no_impul
     contacts = contacts_of(network, 0)
     left_out = contacts[~are_pressed(network, contacts)]
     assert 0 < len(left_out) < len(contacts)
-    assert solve_pressed(network, 0, TOL) > 0
+    assert solve_pressed(network, 0, TOL, STARTS_OF[network.b.shape[1]]) > 0
     assert judge(network) <= TOL and not network.P[left_out].any() and (network.gamma[left_out, 0] >= 0.0).all()
 
 
@@ -39,7 +40,7 @@ def test_what_is_left_out_and_approaches_comes_back(dim, monkeypatch):
     """Of no more than every second contact, which do not hold the others apart."""
     network = swept(60, dim)
     monkeypatch.setattr(pressed, "are_pressed", lambda _, contacts: np.arange(len(contacts)) % 2 == 0)
-    solve_pressed(network, 0, TOL)
+    solve_pressed(network, 0, TOL, STARTS_OF[network.b.shape[1]])
     assert judge(network) <= TOL and (network.P[contacts_of(network, 0)[1::2], 0] > 0.0).any()
 
 
@@ -47,7 +48,7 @@ def test_what_is_no_better_is_put_back(monkeypatch):
     network = swept(60, 3)
     before = copy_of(network)
     monkeypatch.setattr(pressed, "from_inside", lambda part, *_: part.P.fill(1.0) or True)
-    solve_pressed(network, 0, TOL)
+    solve_pressed(network, 0, TOL, STARTS_OF[network.b.shape[1]])
     solve_whole(network, 0, TOL, STARTS)
     np.testing.assert_array_equal(network.P, before.P)
     np.testing.assert_array_equal(network.v, before.v)

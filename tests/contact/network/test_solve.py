@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from nonsmooth.contact.network.patience import FACTORS, MANY_FACTORS
+from nonsmooth.contact.network import rescue as inside
+from nonsmooth.contact.network.patience import FACTORS, MANY_FACTORS, begin_problem
 from nonsmooth.contact.network.problem import prepare_network
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import (
@@ -204,6 +205,28 @@ def test_what_rounding_of_the_velocities_holds_above_the_tolerance_is_met():
     network.islands.is_met[:] = 0
     rescue(network, solver_of(network), 1e-13)
     assert set(said(network, "is_met")) == {1}
+
+
+def test_starts_that_all_missed_wait_while_the_first_one_is_tried(monkeypatch):
+    """Until the next problem, the third, the seventh; what they leave is better each time, so that they go on."""
+    tried = []
+
+    def come_nearer(network, k, goal, starts):
+        tried.append(len(starts))
+        network.islands.residual[k] *= 0.01
+        return 1
+
+    monkeypatch.setattr(inside, "solve_pressed", come_nearer)
+    monkeypatch.setattr(inside, "solve_whole", lambda *_: 1)
+    network = heap(60, 3)
+    solver = solver_of(network)
+    solver.most_inside = 60
+    for _ in range(7):
+        network.islands.residual[0], network.islands.is_met[0] = 1e-3, 0
+        interpreted(begin_problem)(solver.patience)
+        rescue(network, solver, solver.tol)
+    every = len(inside.PRESSED_STARTS[3])
+    assert tried == [every, every, 1, 1, every, 1, 1] and every > 1
 
 
 def on_four_corners(rng):
