@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.drawing.animation import Animation, animation, as_animation
 from nonsmooth.drawing.bodies import EDGE, places
-from nonsmooth.drawing.joint_axes import joint_axes
+from nonsmooth.drawing.joint_axes import AXIS_SHARE, gone_with, joint_axes, limits_of
 from nonsmooth.drawing.planar_bodies import draw_planar, planar_extent
 from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
@@ -29,6 +29,10 @@ SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 5.0, 2.5, 7.0  # chosen: of a figure [in]
 WIDE_SCENE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
 INSTANTS_IN_ROW = (3, 2, 4)  # chosen: of instants, the first that leaves the fewest places empty
 BODIES_DRAWN, FEWEST_FRAMES = 60_000, 60  # chosen: of an animation: bodies in all frames, some 0.2 ms each, and frames
+NARROW_SCENE, MOST_TICKS_OF_NARROW = (
+    0.2,
+    3,
+)  # chosen: [m]: numbers of a narrower picture are long
 JOINT_SIZE = 2.5  # chosen: of the circle of a joint [pt]
 
 
@@ -167,6 +171,8 @@ def frame_scene(
         axes.set_axis_off()
         add_scale(axes, extent)
         return
+    if high[0] - low[0] < NARROW_SCENE:
+        axes.locator_params(axis="x", nbins=MOST_TICKS_OF_NARROW)
     axes.set_xlabel("x [m]")
     if has_label:
         axes.set_ylabel("y [m]")
@@ -193,6 +199,11 @@ def draw_joints(axes: Any, solution: SceneSolution, record: int, size: float) ->
     for ends in joint_axes(solution, here, size):
         line = ends if solution.dim == 2 else ends @ camera()[:2].T
         axes.plot(line[:, 0], line[:, 1], "--|", color=EDGE, lw=0.7, ms=2 * JOINT_SIZE, zorder=2.5)
+    for joint in joints:
+        for points_of_limit in limits_of(joint, AXIS_SHARE * size):
+            line = gone_with(joint.a, here[joint.a.index], points_of_limit)
+            line = line if solution.dim == 2 else line @ camera()[:2].T
+            axes.plot(line[:, 0], line[:, 1], color=EDGE, lw=0.7, zorder=2.5)
     for joint in joints:
         body = joint.b if joint.b.kind is Kind.DYNAMIC else joint.a
         arm = compose(

@@ -14,7 +14,7 @@ import numpy as np
 from nonsmooth.drawing.live.meshes import is_bounded, mesh_of, outline_of
 from nonsmooth.drawing.live.window import Window
 from nonsmooth.drawing.player.film import Body
-from nonsmooth.drawing.player.scene_film import body_of
+from nonsmooth.drawing.player.scene_film import body_of, lines_of_joints
 from nonsmooth.errors import InvalidInput, NonsmoothWarning, said_by, warn_caller
 from nonsmooth.runs.recorder import contacts_of
 from nonsmooth.runs.scene_run import SceneRun
@@ -115,7 +115,7 @@ class LiveModel(LiveView):
 
 
 class LiveScene(LiveView):
-    """Bodies with their shapes, and contacts that had an impulse in the last step."""
+    """Bodies with their shapes, axes and limits of joints, and contacts that had an impulse in the last step."""
 
     run: SceneRun
 
@@ -134,6 +134,11 @@ class LiveScene(LiveView):
         outlines = [outline_of(mesh) for mesh in meshes] if is_planar else []
         self.outlines = np.concatenate(outlines) if 0 < sum(map(len, outlines)) <= MOST_EDGES else np.zeros((0, 2, 3))
         self.outlined = np.repeat(np.arange(len(outlines)), [len(outline) for outline in outlines])
+        if not len(self.outlines):
+            self.outlined = self.outlined[:0]
+        joints = [segments_of(lines) for lines in lines_of_joints(bodies, run.scene, run.centres)]
+        self.outlines = np.concatenate([self.outlines, *joints])
+        self.outlined = np.concatenate([self.outlined, np.repeat(np.arange(len(joints)), list(map(len, joints)))])
 
     def extent(self, bodies: list[Body], position: np.ndarray) -> tuple[np.ndarray, float]:
         """Centre and radius of what has bounds, at the start."""
@@ -181,14 +186,13 @@ def in_space(points: np.ndarray) -> np.ndarray:
 
 
 def turned(turn: np.ndarray, segments: np.ndarray) -> np.ndarray:
-    """Planar segments (n, 2, 3), each turned by a quaternion about z (n, 4)."""
-    c, s = 2 * turn[:, :1] ** 2 - 1, 2 * turn[:, :1] * turn[:, 3:]
-    x, y, z = np.moveaxis(segments, 2, 0)
-    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    """Segments (n, 2, 3), each turned by a unit quaternion (n, 4)."""
+    r, across = turn[:, None, 1:], np.cross(turn[:, None, 1:], segments)
+    return np.asarray(segments + 2 * (turn[:, None, :1] * across + np.cross(r, across)))
 
 
 def segments_of(lines: list[np.ndarray]) -> np.ndarray:
-    """The segments (n, 2, 3) of planar polylines."""
+    """The segments (n, 2, 3) of polylines."""
     pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in map(np.asarray, lines)]
     return in_space(np.concatenate(pieces)) if pieces else np.zeros((0, 2, 3))
 

@@ -5,16 +5,22 @@ Only records are shown, none between two. A frame at which nothing has been step
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nonsmooth.drawing.facets import has_facets, quarters_of, triangles_of
+from nonsmooth.drawing.joint_axes import lines_on
 from nonsmooth.drawing.planar_bodies import rounded
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.plots import nearest_records
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.recorded import CONTACTS
 from nonsmooth.results.scene_contacts import SceneContacts
+from nonsmooth.results.spring_forces import end_of
 from nonsmooth.results.summary import worst_place
 from nonsmooth.scenes import scene as scenes
 from nonsmooth.scenes.materials import Material
@@ -27,6 +33,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
 
 POSES_SHOWN = 500_000  # chosen: of all bodies in all frames, 1000 bodies over 500 frames: what a browser plays fluently
+AXIS_REACH = 0.5  # chosen: of how far a moving body of the middle size reaches, that an axis does to either side
 FEWEST = 60  # chosen: frames, however many bodies there are
 
 
@@ -47,17 +54,23 @@ def film_of_scene(solution: SceneSolution) -> Film:
         When the solution was loaded without its scene.
     """
     bodies = tuple(body_of(body, solution.centres[body.index], solution.dim) for body in solution.bodies)
+    bodies = with_lines(bodies, solution.scene, solution.centres)
     records = records_shown(solution)
     found = contacts_at(solution, records)
     start = starts(solution, records)
     number, names = numbered(found, start)
+    spans = spans_of(solution, records)
+    contacts = contacts_of(found, start, number, spans)
+    if solution.scene is not None and solution.scene.joints and CONTACTS in solution.recorded:
+        contacts = with_joints(contacts, solution, records, spans, len(names))
+        names = (*names, *solution.joint_names)
     return Film(
         title=title_of(solution),
         times=solution.t[records],
         bodies=bodies,
         position=solution.position[records],
         turn=solution.turn[records],
-        contacts=contacts_of(found, start, number, spans_of(solution, records)),
+        contacts=contacts,
         contact_names=names,
         is_of_last_step=solution.stats.springs is None,
         curves=tuple(curves_of(solution, records, found, start)),
@@ -107,6 +120,38 @@ def body_of(body: scenes.Body, centre: np.ndarray, dim: int) -> Body:
     shapes = tuple(drawn(part._replace(place=compose(frame, part.place))) for part in parts_of(body.shape, dim))
     is_fixed, is_guided = body.kind == scenes.Kind.FIXED, body.kind == scenes.Kind.KINEMATIC
     return Body(body.name, shapes, is_fixed, is_guided, words_of_material(body.material))
+
+
+def with_lines(bodies: tuple[Body, ...], scene: scenes.Scene | None, centres: np.ndarray) -> tuple[Body, ...]:
+    """The bodies with axes and limits of the joints, as lines that go with them."""
+    if scene is None or not scene.joints:
+        return bodies
+    lines = lines_of_joints(bodies, scene, centres)
+    return tuple(
+        replace(body, shapes=(*body.shapes, *(Shape(ShapeKind.POLYLINE, line) for line in own)))
+        for body, own in zip(bodies, lines, strict=True)
+    )
+
+
+def lines_of_joints(bodies: Sequence[Body], scene: scenes.Scene, centres: np.ndarray) -> list[list[np.ndarray]]:
+    """Axes and limits of the joints that go with each body, about its centre of mass; half as long as a usual body
+    reaches."""
+    pairs = list(zip(bodies, scene.bodies, strict=True))
+    reach = [reach_of(drawn) for drawn, body in pairs if body.kind is scenes.Kind.DYNAMIC]
+    size = AXIS_REACH * float(np.median(reach)) if reach else 0.0
+    return [
+        [line - centres[body.index] for line in lines_on(body, scene.joints, scene.dim, size)] for body in scene.bodies
+    ]
+
+
+def reach_of(body: Body) -> float:
+    """How far its shapes reach from its centre [m]."""
+    return max(
+        shape.radius
+        + float(np.linalg.norm(shape.points, axis=1).max(initial=0.0))
+        + (0.0 if shape.place is None else float(np.linalg.norm(shape.place[: shape.points.shape[1]])))
+        for shape in body.shapes
+    )
 
 
 def words_of_material(material: Material) -> str:
@@ -209,6 +254,33 @@ def contacts_of(found: SceneContacts, start: np.ndarray, number: np.ndarray, spa
         P_F=span[:, None] * (found.P - found.P_N[:, None] * found.normal),
         mu=found.mu,
     )
+
+
+def with_joints(
+    contacts: Contacts, solution: SceneSolution, records: np.ndarray, spans: np.ndarray, first: int
+) -> Contacts:
+    """The contacts with the joints behind those of each frame: what they give to their second bodies, as forces along
+    no surface; their numbers go on from ``first``."""
+    joints = solution.scene.joints  # type: ignore[union-attr]
+    ends = [end_of(solution, joint.b, joint.at_b if joint.is_tie else joint.at)[0][records] for joint in joints]
+    point, P = np.stack(ends, axis=1), spans[:, None, None] * solution.joint_impulses[records]
+    n_t, n_j, d = P.shape
+    size = np.linalg.norm(P, axis=2)
+    normal = np.divide(P, size[..., None], out=np.tile(np.eye(d)[0], (n_t, n_j, 1)), where=size[..., None] > 0.0)
+    is_slack = (size == 0.0) & np.array([joint.kind == "rope" for joint in joints])
+    rows = n_t * n_j
+    added = Contacts(
+        start=n_j * np.arange(n_t + 1), number=np.tile(first + np.arange(n_j), n_t), point=point.reshape(rows, d),
+        normal=normal.reshape(rows, d), mode=np.where(is_slack, ContactMode.OPEN, ContactMode.LOCKED).reshape(rows),
+        slip=np.zeros(rows), P_N=size.reshape(rows), P_F=np.zeros((rows, d)), mu=np.zeros(rows),
+    )  # fmt: skip
+    frame = np.concatenate([np.repeat(np.arange(n_t), np.diff(part.start)) for part in (contacts, added)])
+    order = np.argsort(frame, kind="stable")
+    columns = {
+        name: np.concatenate((getattr(contacts, name), getattr(added, name)))[order]
+        for name in ("number", "point", "normal", "mode", "slip", "P_N", "P_F", "mu")
+    }
+    return Contacts(start=contacts.start + added.start, **columns)
 
 
 # --- curves
