@@ -1,7 +1,8 @@
-"""``python -m benchmarks space [FILE] [NAME ...]``: run time against error of five motions with friction in space.
+"""``python -m benchmarks space [FILE] [NAME ...]``: run time against error of six motions with friction in space.
 
 A block thrown on a conveyor, two balls that slide and then roll, a tippe-top and a rod that slides on its tip, as a
-system of one contact (of four: the block), as a scene of bodies, and in MuJoCo where it is installed. Methods and
+system of one contact (of four: the block), as a scene of bodies, and in MuJoCo where it is installed; a rod with a
+point for a tip, which no body has, as a system, and there by `EventDriven` too. Methods and
 settings take turns ROUNDS times; printed are medians of the processor time of whole runs of ours, and of MuJoCo's steps
 alone, and the distance of the centre of mass from where it should be at the end. FILE is that of the picture.
 """
@@ -27,7 +28,7 @@ from benchmarks.exact_scenes import ground
 from benchmarks.peers import imports
 from benchmarks.precision import STEPS, TOLERANCES, draw, mujoco
 from benchmarks.precision_scenes import G, ends
-from models import BilliardBall, SpinningTop
+from models import BilliardBall, SpatialPainleveRod, SpinningTop
 from nonsmooth.mechanics.system import FORCE, KINEMATICS, MASS, NORMAL, ROW_RATES, TANGENT
 
 ROUNDS = 5  # chosen
@@ -39,7 +40,7 @@ State = tuple[np.ndarray, np.ndarray]
 class Motion(NamedTuple):
     """A motion as a system and as a scene, how long it goes on [s], and where its centre of mass is then (3,) [m]."""
 
-    scene: Callable[[], ns.Scene]
+    scene: Callable[[], ns.Scene] | None
     t_end: float
     exact: Callable[[], np.ndarray]
     source: str  # of the exact place
@@ -104,9 +105,8 @@ def sliding(model: Any, q: np.ndarray, u: np.ndarray, t_end: float) -> tuple[np.
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         q, u = y[:n], y[n:]
-        M, h, B, W_N, W_F, r = (
-            system.evaluate(which, t, q, u) for which in (MASS, FORCE, KINEMATICS, NORMAL, TANGENT, ROW_RATES)
-        )
+        M, h, W_N, W_F, r = (system.evaluate(which, t, q, u) for which in (MASS, FORCE, NORMAL, TANGENT, ROW_RATES))
+        B = np.eye(n) if system.kinematics is None else system.evaluate(KINEMATICS, t, q, u)
         slip = W_F[0] @ u
         pushed, free = np.linalg.solve(M, np.column_stack([W_N[0] - model.mu * slip @ W_F[0] / np.hypot(*slip), h])).T
         la_N = -(W_N[0] @ free + r[0, 0]) / (W_N[0] @ pushed)
@@ -124,6 +124,13 @@ def rod() -> SpinningTop:
     return SpinningTop(m=1.0, A=1 / 12, C=1 / 1200, h=0.49, r=0.01, mu=0.3)
 
 
+def on_a_point() -> Motion:
+    """A slender rod on a point."""
+    model, t_end = SpatialPainleveRod(mu=MU), 0.2
+    q, u = model.state(th=1.0, phi=0.7, psidot=3.0, thdot=-1.0, slip=2.0)
+    return Motion(None, t_end, lambda: sliding(model, q, u, t_end)[0][:3], "SciPy, 1e-12", model, (q, u))
+
+
 def tippe_top() -> Motion:
     """A tippe-top spun about the vertical through its centre of mass, at rest; it turns over half of the way."""
     model, th, spin = SpinningTop.tippe_top(eccentricity=0.2), 0.3, 150.0  # rad; rad/s
@@ -139,6 +146,7 @@ MOTIONS = {
     "billiard parabola": ball(speed=1.0, w_x=40.0, w_y=10.0),
     "tippe-top": tippe_top(),
     "rod in space": top(rod(), 0.2, th=0.5, thdot=1.0, precession=3.0, spin=0.0, slip_x=2.0, slip_y=1.0),
+    "rod on a point": on_a_point(),
 }  # fmt: skip
 
 
@@ -194,9 +202,9 @@ def curves_of(motion: Motion) -> dict[str, np.ndarray]:
 
 def methods(motion: Motion) -> Iterator[tuple[str, tuple[Callable[[float], tuple[float, np.ndarray]], Any]]]:
     """Ours of the system and of the scene, and MuJoCo, each with its settings."""
-    scene = motion.scene()
-    system = motion.system or scene.system()
-    start = motion.start or scene.state()
+    make = motion.scene
+    system = motion.system or make().system()  # type: ignore[misc]
+    start = motion.start or make().state()  # type: ignore[misc]
 
     def ours(integrator: Any) -> tuple[float, np.ndarray]:
         began = time.process_time()
@@ -204,16 +212,19 @@ def methods(motion: Motion) -> Iterator[tuple[str, tuple[Callable[[float], tuple
         return time.process_time() - began, sol.q[-1, :3]
 
     def of_scene(dt: float) -> tuple[float, np.ndarray]:
-        again = motion.scene()
+        again = make()  # type: ignore[misc]
         began = time.process_time()
         sol = ns.simulate(again, (0, motion.t_end), integrator=ns.MoreauJean(dt=dt), every=10**9)
         return time.process_time() - began, ends(sol)[0]
 
     yield "MoreauJean", (lambda dt: ours(ns.MoreauJean(dt=dt)), STEPS)
     yield "Adaptive", (lambda rtol: ours(ns.Adaptive(rtol=rtol, atol=1e-2 * rtol)), TOLERANCES)
+    if make is None:
+        yield "EventDriven", (lambda rtol: ours(ns.EventDriven(rtol=rtol, atol=1e-2 * rtol)), TOLERANCES)
+        return
     yield "MoreauJean, scene", (of_scene, STEPS)
     if imports("mujoco"):
-        made = motion.guided or motion.scene
+        made = motion.guided or make
         yield "MuJoCo", (lambda dt: mujoco(made(), motion.t_end, dt), STEPS)
 
 

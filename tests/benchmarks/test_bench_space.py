@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import nonsmooth as ns
 from benchmarks import space
-from benchmarks.precision_scenes import ends
 from benchmarks.space import MOTIONS
 
 
@@ -16,13 +14,12 @@ def test_steps_end_where_the_reference_says_as_a_system_and_as_a_scene(name):
     """Of second order as a system; of first where the contact of a scene wanders on a body that tilts."""
     motion, exact = MOTIONS[name], MOTIONS[name].exact()
     runs = dict(space.methods(motion))
-    for label, part in (("MoreauJean", 0.1), ("MoreauJean, scene", 0.3)):
+    for label, part in (("MoreauJean", 0.1), ("MoreauJean, scene", 0.3)) if motion.scene else (("MoreauJean", 0.1),):
         errors = [np.abs(runs[label][0](dt)[1] - exact).max() for dt in (4e-4, 1e-4)]
         assert errors[1] < max(1e-7, part * errors[0]) and errors[1] < 5e-5
-    assert ends(ns.simulate(motion.scene(), (0, 1e-3), integrator=ns.MoreauJean(dt=1e-3))).shape == (1, 3)
 
 
-@pytest.mark.parametrize("name", ["tippe-top", "rod in space"])
+@pytest.mark.parametrize("name", ["tippe-top", "rod in space", "rod on a point"])
 def test_the_tops_slide_all_the_time(name):
     motion = MOTIONS[name]
     assert space.sliding(motion.system, *motion.start, motion.t_end)[1] > 0.05
@@ -31,7 +28,7 @@ def test_the_tops_slide_all_the_time(name):
 def test_in_mujoco_the_same_bodies_move():
     """A soft contact and steps of first order: within a few millimetres at 0.2 ms."""
     pytest.importorskip("mujoco")
-    for motion in MOTIONS.values():
+    for motion in filter(lambda motion: motion.scene, MOTIONS.values()):
         place = dict(space.methods(motion))["MuJoCo"][0](2e-4)[1]
         assert np.abs(place - motion.exact()).max() < 1e-2
 
