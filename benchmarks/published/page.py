@@ -46,14 +46,10 @@ instability with slips of the pen. They were derived again from the balance laws
 this library, by two of three routes: closed form; Runge–Kutta of order 8 at a relative tolerance of 1e-12 with events
 located by root finding; stiff integration of a compliant or smoothed version."""
 MISSING = {
-    "joints with axes, and drives": "IFToMM's N four-bars, Bricard mechanism and governor; the torques of an arm and "
-    "of a two-link arm (tests of a fork of PhysX): a scene has pins and balls without motors",
-    "springs between bodies of a scene": "the governor; the cylinder on a spring of this page is typed by its "
-    "Lagrangian",
     "bodies that enter later": "100 sheets of paper, one each 0.25 s (fork of PhysX)",
     "bodies that bend": "the Princeton beam",
     "data that are not stored here": "the piles of 2048 and 5040 spheres of Kleinert, Simeon, Obermayr (2015), whose "
-    "floor carries their weight",
+    "floor carries their weight; the curves of IFToMM's governor",
     "a number, or a parameter of the motion": "the slider-crank with clearance (Flores, Leine, Glocker 2010); the case "
     "on two belts (fork of PhysX); energy won in an impact of two contacts (Kane 1984); grazing maps (arXiv "
     "2602.22797) and canards (arXiv 1703.08437)",
