@@ -33,6 +33,5 @@ third.plot(swung.t, np.degrees(governor.angle(swung)))
 third.axhline(np.degrees(governor.rest()), color="0.3", ls=":")
 third.set(xlabel="t [s]", ylabel="angle of the arms [°]", title="governor, and where it rests")
 figure = swung.picture(times=(0, 0.5))
-print(
-    f"height of the car to {abs(height - linear[0]).max() / abs(linear[0]).max():.1%}; {swung.stats.missed} steps missed"
-)
+error = abs(height - linear[0]).max() / abs(linear[0]).max()
+print(f"height of the car to {error:.1%} of the linear one; {swung.stats.missed} steps missed")
