@@ -21,15 +21,16 @@ from nonsmooth.checks.arrays import as_non_negative, as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.shapes import Box
+from nonsmooth.scenes.shapes import Box, Disc
 
 UPRIGHT = 0.5 * math.pi  # derived
+PLATE = 1e3  # chosen: so heavy that a part is no load on its spring [kg]
 LOOKS = 2000  # chosen: looks for the end of a phase in a period
 
 
 @dataclass(frozen=True)
 class VibratingFeeder:
-    """Bodies "plate", guided, and "part", a flat box that does not tip; x points ahead.
+    """Bodies "frame", "plate", heavy, on a spring, and "part", a flat box that does not tip; x points ahead.
 
     Parameters
     ----------
@@ -78,10 +79,12 @@ class VibratingFeeder:
         """The part at rest on the plate, which begins to move at its largest speed."""
         scene = Scene(gravity=(0.0, -self.g), material=Material(mu=self.mu))
         line = np.array([math.cos(self.beta), math.sin(self.beta)])
-        scene.kinematic(
-            Box(1.0, 0.01), motion=lambda t: self.a * math.sin(self.w * t) * line - (0.0, 0.005), name="plate"
-        )
-        scene.body(Box(0.04, 0.01), mass=0.01, position=(0.0, 0.005), velocity=self.a * self.w * line, name="part")
+        scene.fixed(Disc(0.005), position=(-0.6, -0.1), name="frame")
+        going = {"velocity": self.a * self.w * line}
+        scene.body(Box(1.0, 0.01), mass=PLATE, position=(0.0, -0.005), name="plate", **going)
+        rail, stiffness = scene.slider("frame", "plate", axis=line, name="rail"), PLATE * self.w**2
+        rail.spring(stiffness=stiffness, rest=PLATE * self.g * line[1] / stiffness)  # its weight is in balance
+        scene.body(Box(0.04, 0.01), mass=0.01, position=(0.0, 0.005), name="part", **going)
         return scene
 
     def throw(self) -> float:
