@@ -23,6 +23,7 @@ from typing import Annotated as Array
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.laws import ImpactLaw
+from nonsmooth.numerics.dense import SINGULAR
 
 IMPACT_TERMS = 24  # chosen: of a series
 LAST_IMPACT_TERM = 1e-17  # chosen: of v: what the last term of a step may be
@@ -246,6 +247,45 @@ def turning(angle, h):
     k_1 = G[1, 0] - h.mu * (G[1, 1] * d_1 + G[1, 2] * d_2)
     k_2 = G[2, 0] - h.mu * (G[2, 1] * d_1 + G[2, 2] * d_2)
     return d_1 * k_2 - d_2 * k_1, d_1 * k_1 + d_2 * k_2
+
+
+@kernel
+def p_before(h):
+    """(p, dp/dP) of the slide before the impact: where dp/dP < 0 its force turns it into the paradox."""
+    G, v = h.G, math.sqrt(h.before[1] * h.before[1] + h.before[2] * h.before[2])
+    d_1, d_2 = h.before[1] / v, h.before[2] / v
+    across = G[0, 2] * d_1 - G[0, 1] * d_2
+    slope = -h.mu * across * turning(math.atan2(d_2, d_1), h)[0] / v
+    return G[0, 0] - h.mu * (G[0, 1] * d_1 + G[0, 2] * d_2), slope
+
+
+@kernel
+def lose(h):
+    """Let the impact begin where p = 0, from a slide whose p is not quite 0 yet.
+
+    Until then gamma_N stays 0, held by a force: dp/dP < 0 where the slide turns into the paradox, and gamma_N would
+    rise by p^2/(-2 dp/dP), which is taken off twice. Where it does not turn so, p is taken as just below 0.
+    """
+    p, slope = p_before(h)
+    h.before[0] = 0.0
+    if p >= 0.0 and slope < 0.0:
+        h.before[0] = p * p / slope
+    elif p >= 0.0:
+        h.G[0, 0] -= p + SINGULAR * h.G[0, 0]
+
+
+@kernel
+def turns_into_paradox(P_N, h):
+    """Whether a normal impulse turns the slide before the impact, as it turns at first, to p < 0 before it stops it."""
+    v, size = math.hypot(h.before[1], h.before[2]), h.mu * math.hypot(h.G[0, 1], h.G[0, 2])
+    if size <= h.G[0, 0]:  # p > 0 in all directions
+        return False
+    turned, grown = turning(math.atan2(h.before[2], h.before[1]), h)
+    across = h.G[0, 2] * h.before[1] - h.G[0, 1] * h.before[2]
+    along = h.G[0, 1] * h.before[1] + h.G[0, 2] * h.before[2]
+    angle = abs(math.atan2(across, along)) - math.acos(h.G[0, 0] / size)  # to p = 0
+    P = angle * v / abs(turned) if across * turned > 0.0 and angle > 0.0 else math.inf
+    return P < P_N and -P * grown < v
 
 
 @kernel

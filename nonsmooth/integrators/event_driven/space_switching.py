@@ -41,7 +41,7 @@ from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, rounded_length, sm
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.impact import follows_own_law
-from nonsmooth.mechanics.impact_in_space import collide_in_space, turning
+from nonsmooth.mechanics.impact_in_space import collide_in_space, lose
 from nonsmooth.mechanics.laws import (
     LAW_E_N,
     LAW_IMPACT,
@@ -50,7 +50,6 @@ from nonsmooth.mechanics.laws import (
 )
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
-from nonsmooth.numerics.dense import SINGULAR
 from nonsmooth.numerics.rounding import rounded_sum
 
 MOST_TRIALS = 16  # chosen: impacts without collision at one instant
@@ -191,24 +190,6 @@ def strike(sys, is_lost, x, state, c):
     gain, size, push = give(sys, True, x, c)
     note_gains(sys, gain, push, rounded_sum(VELOCITY_ROUNDINGS, size), True, 1, state, work)
     return found
-
-
-@kernel
-def lose(h):
-    """Let the impact begin where p = 0, from a slide whose p is not quite 0 yet.
-
-    Until then gamma_N stays 0, held by a force: dp/dP < 0 where the slide turns into the paradox, and gamma_N would
-    rise by p^2/(-2 dp/dP), which is taken off twice. Where it does not turn so, p is taken as just below 0.
-    """
-    G, v = h.G, math.sqrt(h.before[1] * h.before[1] + h.before[2] * h.before[2])
-    d_1, d_2 = h.before[1] / v, h.before[2] / v
-    p = G[0, 0] - h.mu * (G[0, 1] * d_1 + G[0, 2] * d_2)
-    slope = -h.mu * (G[0, 2] * d_1 - G[0, 1] * d_2) * turning(math.atan2(d_2, d_1), h)[0] / v
-    h.before[0] = 0.0
-    if p >= 0.0 and slope < 0.0:
-        h.before[0] = p * p / slope
-    elif p >= 0.0:
-        G[0, 0] -= p + SINGULAR * G[0, 0]
 
 
 @kernel

@@ -27,7 +27,7 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.contact_problem import Work, fill_problem, recall_impulses
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
-from nonsmooth.mechanics.impact_in_space import Hodograph, collide_in_space
+from nonsmooth.mechanics.impact_in_space import Hodograph, collide_in_space, lose
 from nonsmooth.mechanics.laws import (
     LAW_E_F,
     LAW_E_N,
@@ -134,7 +134,8 @@ def solve_in_space(sys, selection, dt, n_k, state, scratch):
     fill_problem(sys, n_k, selection, state.mode, state.slip, work)
     recall_impulses(state.P, work)
     scratch.is_struck = 0
-    if n_k == 1 and work.gamma_0[0] < 0.0 and follows_law_in_space(sys, n_k, scratch):
+    if n_k == 1 and work.gamma_0[0] < 0.0 and follows_law_in_space(sys, scratch):
+        set_up_impact(sys, scratch)
         strike_in_space(sys, scratch)
     status, found, error = solve_and_add_shock(n_k, scratch)
     if status != Status.RUNNING:
@@ -147,30 +148,50 @@ def solve_in_space(sys, selection, dt, n_k, state, scratch):
 
 
 @kernel
-def follows_law_in_space(sys, n_k, scratch):
-    """Whether the only contact of the system, with friction in two directions, follows another law than Newton's."""
-    return (
-        n_k == 1 and scratch.options.stiffness == 0.0 and follows_own_law(scratch.work.closed[0], sys.kinds, sys.laws)
-    )
+def follows_law_in_space(sys, scratch):
+    """Whether the only closed contact, with friction in two directions, follows another law than Newton's."""
+    return scratch.options.stiffness == 0.0 and follows_own_law(scratch.work.closed[0], sys.kinds, sys.laws)
 
 
 @rare_kernel
-def strike_in_space(sys, scratch):
-    """Find the impulses of an impact of the single closed contact by its own law, to work.shock, and take it into
-    work.c; nothing where its compression never ends."""
+def set_up_impact(sys, scratch):
+    """Write what goes into an impact of the single closed contact by its own law to the hodograph."""
     work, h, i = scratch.work, scratch.hodograph, scratch.work.closed[0]
     for a in range(3):
-        h.before[a], work.shock[a], work.c_kept[a] = work.gamma_0[a], 0.0, work.c[a]
+        h.before[a] = work.gamma_0[a]
         for b in range(3):
             h.G[a, b] = work.G[a, b]
     h.before[0] = min(0.0, work.gamma_0[0])
     h.mu = friction_coefficient(sys.laws, i, math.sqrt(h.before[1] * h.before[1] + h.before[2] * h.before[2]))
     h.e, h.law = sys.laws[i, LAW_E_N], int(sys.laws[i, LAW_IMPACT])
+
+
+@rare_kernel
+def strike_in_space(sys, scratch):
+    """Find the impulses of the impact of the hodograph, to work.shock, and take it into work.c; nothing where its
+    compression never ends."""
+    work, h = scratch.work, scratch.hodograph
     if collide_in_space(address(h)):
         scratch.is_struck = 1
         for a in range(3):
-            work.shock[a] = h.impulse[a]
+            work.c_kept[a], work.shock[a] = work.c[a], h.impulse[a]
         go_on_from_shock(sys, 1, work)
+
+
+@rare_kernel
+def strike_lost_slide(sys, n_k, scratch):
+    """Strike with the slide of the hodograph, which has no force, once the step was solved without that; then solve
+    the step from there."""
+    work, h = scratch.work, scratch.hodograph
+    if scratch.is_struck == 1:  # by what the rounding of gamma_N was
+        scratch.is_struck = 0
+        for a in range(3):
+            work.c[a] = work.c_kept[a]
+    approach = h.before[0]
+    lose(h)
+    h.before[0] = min(h.before[0], approach)
+    strike_in_space(sys, scratch)
+    solve_and_add_shock(n_k, scratch)
 
 
 @kernel

@@ -37,7 +37,6 @@ from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.impact_in_space import collide_in_space
-from nonsmooth.mechanics.laws import LAW_IMPACT
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 
 
@@ -133,8 +132,7 @@ class MoreauJean(FixedStep):
         """What the loop may reach for this system, itself first."""
         entry_points = [self.loop, step, solve]
         if system.d > 1:
-            has_law = system.law_numbers[:, LAW_IMPACT].any()
-            entry_points += [solve_spatial, acceleration_problem_apart, *([collide_in_space] if has_law else [])]
+            entry_points += [solve_spatial, acceleration_problem_apart, collide_in_space]
         elif system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot, *kernels_of_shock(system)]
         if needs_newton(system):

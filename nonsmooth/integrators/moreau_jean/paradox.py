@@ -12,19 +12,16 @@ which tend to those of the impact. Theory: docs/theory/moreau_jean.md.
 
 from __future__ import annotations
 
-import math
-
 from nonsmooth.contact.islands import is_block
-from nonsmooth.contact.planar.single import STICK, slip_of, stick
+from nonsmooth.contact.planar.single import FREE, STICK, slip_of, stick
 from nonsmooth.contact.spatial.all_solutions import is_surely_unique
 from nonsmooth.integrators.moreau_jean.contact import (
     Scratch,
-    follows_law_in_space,
     mode_of,
-    solve_and_add_shock,
-    strike_in_space,
+    set_up_impact,
+    strike_lost_slide,
 )
-from nonsmooth.integrators.moreau_jean.slide_end import had_no_force, slid_without_force
+from nonsmooth.integrators.moreau_jean.slide_end import had_no_force, slid_without_force, turned_without_force
 from nonsmooth.integrators.records import (
     INCONSISTENT,
     INDETERMINATE,
@@ -82,8 +79,8 @@ def note_paradoxes(sys, t, dt, n_k, state, scratch):
 
 @rare_kernel
 def note_in_space(sys, t, dt, n_k, state, scratch):
-    """The same where contacts have friction in two directions: the impulses that end a slide are those of the step, and
-    the solutions of a contact are known where it is the only one that is closed."""
+    """The same where contacts have friction in two directions: the impulses that end a slide are spread over the step,
+    and the solutions of a contact are known where it is the only one that is closed."""
     work, found = scratch.work, state.counters.solutions
     for k in range(n_k):
         i = work.closed[k]
@@ -92,16 +89,13 @@ def note_in_space(sys, t, dt, n_k, state, scratch):
         is_indeterminate = n_k == 1 and found > 1
         candidate = work.candidate[k]
         if (
-            candidate == STICK
+            candidate != FREE
             and state.mode[i] == ContactMode.SLIDE
             and not is_surely_unique(scratch.spatial.G, k, scratch.spatial.mu[k])
+            and has_lost_slide(sys, t, dt, n_k, k, state, scratch)
         ):
-            if slid_without_force(sys, t, dt, n_k, k, state, scratch):
-                if scratch.is_struck == 0 and follows_law_in_space(sys, n_k, scratch) and has_no_slide(scratch):
-                    strike_in_space(sys, scratch)
-                    solve_and_add_shock(n_k, scratch)
-                describe_closed(sys, k, 0, state, work)
-                append_event(t, INCONSISTENT, i, state.mode[i], 0, ContactMode.STICK.value, 0, state)
+            describe_closed(sys, k, 0, state, work)
+            append_event(t, INCONSISTENT, i, state.mode[i], 0, mode_of(work.candidate[k], 2), 0, state)
         if is_indeterminate and state.several[i] == 0:
             describe_closed(sys, k, found, state, work)
             append_event(t, INDETERMINATE, i, state.mode[i], 0, mode_of(candidate, 2), 0, state)
@@ -109,12 +103,17 @@ def note_in_space(sys, t, dt, n_k, state, scratch):
         state.counters.several += state.several[i]
 
 
-@kernel
-def has_no_slide(scratch):
-    """Whether p < 0 along the slide of the only contact in the rows of the step."""
-    work, v_1, v_2 = scratch.work, scratch.work.gamma_0[1], scratch.work.gamma_0[2]
-    tilt = scratch.spatial.mu[0] * (work.G[0, 1] * v_1 + work.G[0, 2] * v_2)
-    return work.G[0, 0] * math.sqrt(v_1 * v_1 + v_2 * v_2) < tilt
+@rare_kernel
+def has_lost_slide(sys, t, dt, n_k, k, state, scratch):
+    """Closed contact k slid and is not to part: has its slide run out of forces? Then the only contact of the step
+    gets the impulses of its law, of Newton's too, since a slide turns past rest."""
+    is_alone = n_k == 1 and scratch.options.stiffness == 0.0
+    if is_alone:
+        set_up_impact(sys, scratch)
+        if turned_without_force(scratch):
+            strike_lost_slide(sys, n_k, scratch)
+            return True
+    return scratch.work.candidate[k] == STICK and slid_without_force(sys, t, dt, n_k, k, state, scratch)
 
 
 @rare_kernel(

@@ -14,11 +14,13 @@ from __future__ import annotations
 
 import math
 
+from nonsmooth.contact.spatial.solve import GOES_ON
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.contact_problem import row_velocities
+from nonsmooth.mechanics.impact_in_space import p_before, turns_into_paradox
 from nonsmooth.mechanics.kinematics import move
 from nonsmooth.mechanics.system import BILATERAL
 
@@ -45,9 +47,10 @@ def had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
 
 @kernel
 def slid_without_force(sys, t, dt, n_k, k, state, scratch):
-    """The same of a contact with friction in two directions, by the p and b of its own slide."""
+    """The same of a contact with friction in two directions, by the p and b of its own slide, at the end of the step
+    only where the slide goes on."""
     there = scratch.there
-    for way in range(2):
+    for way in range(0 if goes_on(k, scratch.work) else 1, 2):
         if set_up_slide(sys, t, dt, 1.0 - way, n_k, k, state, scratch):
             row_velocities(sys, 1, scratch.work.rhs, there)
             v_1, v_2 = there.gamma_0[1], there.gamma_0[2]
@@ -56,6 +59,26 @@ def slid_without_force(sys, t, dt, n_k, k, state, scratch):
             if p < 0.0 and there.c[0] < 0.0:
                 return True
     return False
+
+
+@kernel
+def turned_without_force(scratch):
+    """Whether the slide of the only contact, in the hodograph, has p < 0 in the rows of the step, or is turned to p < 0
+    by the impulse of the step before it is stopped."""
+    work, h = scratch.work, scratch.hodograph
+    if not (work.c[0] < 0.0 and h.before[1] * h.before[1] + h.before[2] * h.before[2] > 0.0):
+        return False
+    return p_before(h)[0] < 0.0 or (goes_on(0, work) and turns_into_paradox(work.P[0], h))
+
+
+@kernel
+def goes_on(k, work):
+    """Whether the motion without contact forces changes the slide of closed contact k by a part only. Another one is
+    at its end, and what has become of it is not known to O(dt)."""
+    a = work.start[k]
+    v_1, v_2 = work.gamma_0[a + 1], work.gamma_0[a + 2]
+    change_1, change_2 = work.c[a + 1] - v_1, work.c[a + 2] - v_2
+    return change_1 * change_1 + change_2 * change_2 < GOES_ON * GOES_ON * (v_1 * v_1 + v_2 * v_2)
 
 
 @kernel

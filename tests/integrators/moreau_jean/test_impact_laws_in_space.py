@@ -1,12 +1,13 @@
 """Poisson's and the energetic law of impact with friction in two directions, in runs of one contact."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import SpatialPainleveRod
+from models import RobotFinger, SpatialPainleveRod
 
 
 def with_law(rod, law):
@@ -35,6 +36,89 @@ def test_a_run_goes_through_the_paradox_by_the_law_of_its_contact(law):
         assert event.P_N == pytest.approx(exact.P_N, rel=30 * dt)
     assert errors[-1] < 2e-3
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 1.0, atol=0.15)
+
+
+def follow(model, law):
+    """The system of a model whose contact follows a law of impact."""
+    system = model.system()
+    return dataclasses.replace(system, contacts=[dataclasses.replace(system.contacts[0], impact=law)])
+
+
+def lost(sol):
+    return [event for event in sol.events if event.kind == ns.EventKind.INCONSISTENT]
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
+def test_a_slide_that_turns_past_rest_ends_by_the_law_of_its_contact(law):
+    finger, state = RobotFinger(mu=2.5, e=0.5), {"th2": -1.27, "phi": -0.94, "slip": 0.5}
+    (exact,) = [x for x in ns.classify(finger, state=state).impacts if x.law.name.lower() == law]
+    assert np.linalg.norm(exact.gamma_F[0]) > 0.01
+    errors = []
+    for dt in (4e-6, 2e-6, 1e-6):
+        sol = ns.simulate(follow(finger, law), (0, dt), *finger.state(**state), integrator=ns.MoreauJean(dt=dt))
+        (event,) = lost(sol)
+        assert event.mode_after == ns.ContactMode.SLIDE and event.P_N == pytest.approx(exact.P_N[0], rel=2e4 * dt)
+        errors.append(np.abs(sol.u[-1] - exact.u).max())
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize(("law", "order"), [("newton", 1.0), ("poisson", 0.5), ("energetic", 1.0)])
+def test_a_slide_that_its_force_turns_into_the_paradox_ends_as_event_driven_says(law, order):
+    """p = 0 is met after 16.8 ms; what its slide takes until then, of O(sqrt(dt)), is compression to Poisson's law."""
+    rod = SpatialPainleveRod(mu=2.0, e=0.5)
+    system, start = follow(rod, law), rod.state(th=1.0, phi=1.2, psidot=4.0, slip=3.0)
+    exact = ns.simulate(system, (0, 0.02), *start, integrator=ns.EventDriven(rtol=1e-10, atol=1e-12))
+    after, steps, errors = exact.u[np.flatnonzero(exact.t == exact.events[0].t)[-1]], [1e-4, 2.5e-5, 6.25e-6], []
+    for dt in steps:
+        sol = ns.simulate(system, (0, 0.02), *start, integrator=ns.MoreauJean(dt=dt))
+        (event,) = lost(sol)
+        assert abs(event.t - exact.events[0].t) < 2 * dt
+        errors.append(np.abs(sol.u[np.searchsorted(sol.t, event.t + 0.5 * dt)] - after).max())
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=0.25)
+
+
+def test_of_a_thousand_slides_that_have_a_force_none_is_lost():
+    """Whether they go on under the force that is classified, in 10 ns, or come to rest in 5 ms."""
+    rng, seen = np.random.default_rng(12), 0
+    while seen < 1000:
+        rod = SpatialPainleveRod(mu=rng.uniform(0.5, 2.5), e=0.5)
+        state = {"th": rng.uniform(0.3, 1.4), "phi": rng.uniform(-3, 3), "psidot": rng.normal(), "slip": 0.3}
+        told = ns.classify(rod, state=state)
+        if told.n_solutions != 1 or abs(told.p[0]) < 1e-2:
+            continue
+        q, u = rod.state(**state)
+        sol = ns.simulate(follow(rod, "energetic"), (0, 1e-8), q, u, integrator=ns.MoreauJean(dt=1e-8))
+        assert not lost(sol)
+        assert sol.P_N[-1, 0] / 1e-8 == pytest.approx(told.solutions[0].la[0, 0], rel=1e-3)
+        seen += 1
+    stuck = 0
+    for _ in range(100):
+        th = rng.uniform(0.3, 1.3)
+        rod = SpatialPainleveRod(mu=rng.uniform(0.7, 1.0) * SpatialPainleveRod().critical_friction(th), e=0.5)
+        q, u = rod.state(th, rng.uniform(-3, 3), slip=rng.uniform(1e-3, 2e-2))
+        sol = ns.simulate(follow(rod, "energetic"), (0, 5e-3), q, u, integrator=ns.MoreauJean(dt=1e-5))
+        stuck += (sol.mode == ns.ContactMode.STICK).any()
+        assert not lost(sol)
+    assert stuck > 50
+
+
+@pytest.mark.parametrize("law", ["poisson", "energetic"])
+def test_with_e_0_all_laws_are_newtons_which_is_not_their_limit(law):
+    """The slide turns within a blow with e -> 0; Newton's law takes its direction at the end."""
+    rng, furthest = np.random.default_rng(5), 0.0
+    for _ in range(40):
+        mu, state = rng.uniform(0.1, 1.2), {"th": rng.uniform(0.3, 1.3), "phi": rng.uniform(-3, 3), "slip": 0.7}
+        ends = {}
+        for e, rule in ((0.0, law), (0.0, "newton"), (1e-12, law)):
+            rod = SpatialPainleveRod(mu=mu, e=e)
+            q, u = rod.state(**state)
+            u[2] -= 0.6
+            for integrator in (ns.MoreauJean(dt=1e-7), ns.EventDriven(rtol=1e-9, atol=1e-11), ns.Adaptive(1e-7)):
+                u_1 = ns.simulate(follow(rod, rule), (0, 1e-7), q, u, integrator=integrator).u[-1]
+                np.testing.assert_allclose(u_1, ends.setdefault((e, rule), u_1), atol=1e-5)
+        np.testing.assert_allclose(ends[0.0, law], ends[0.0, "newton"], atol=1e-12)
+        furthest = max(furthest, np.abs(ends[0.0, law] - ends[1e-12, law]).max())
+    assert furthest > 0.1
 
 
 @pytest.mark.parametrize("law", ["poisson", "energetic"])
