@@ -3,7 +3,8 @@
     gamma' = G la + b,    G = J M^-1 J^T,    b = J M^-1 h + J' v
 
 along normals and one direction of sliding each. J' v is the second difference of the gaps along the velocities, of
-fourth order: whatever touches, shapes need say no more than where their contacts are.
+fourth order: whatever touches, shapes need say no more than where their contacts are. That of joints is the difference
+of the velocities of their rows, and their forces are eliminated (contact/network/eliminated.py).
 
 Source: Glocker, *Set-Valued Force Laws* (2001), chapter 5.
 """
@@ -14,12 +15,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces
 from nonsmooth.integrators.assembly.doubtful import Doubts
+from nonsmooth.integrators.assembly.joint_rows import wrench_of
+from nonsmooth.integrators.assembly.joints import Joints, block_of
 from nonsmooth.integrators.assembly.planar import move_planar
 from nonsmooth.integrators.assembly.progress import Progress
 from nonsmooth.integrators.assembly.spatial import move_spatial
@@ -27,12 +31,16 @@ from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.joint_kinds import UNUSED
 from nonsmooth.scenes.shape_rows import Shapes
 
 # chosen: of the reach of a body: how far it is moved for differences of gaps: truncation (1e-3)^4, rounding 1e-16/1e-6
 GAP_INCREMENT = 1e-3
 
+FIRST_TURN = {2: 2, 3: 0}  # defined: where the moments that turn a body begin
+
 move_2, move_3 = interpreted(move_planar), interpreted(move_spatial)
+block, wrench = interpreted(block_of), interpreted(wrench_of)
 
 
 class SceneInStep(Protocol):
@@ -47,6 +55,7 @@ class SceneInStep(Protocol):
     doubts: Doubts
     progress: Progress
     stages: Any
+    joints: Joints
     dim: int
     selection: Selection
 
@@ -61,19 +70,26 @@ class SceneInStep(Protocol):
 class StateProblem:
     """gamma' = G la + b of contacts, along their normals and directions t, where the bodies are after a free time."""
 
-    def __init__(self, assembly: SceneInStep, contacts: np.ndarray, t: np.ndarray, ahead: float) -> None:
+    def __init__(
+        self, assembly: SceneInStep, contacts: np.ndarray, joints: np.ndarray, t: np.ndarray, ahead: float
+    ) -> None:  # fmt: skip
         bodies, network, dt = assembly.bodies, assembly.network, float(assembly.progress.dt)
         self.assembly, d = assembly, assembly.dim
         ends = np.stack((network.i[contacts], network.j[contacts]), axis=1)
-        moving = np.unique(ends)
+        moving = np.unique(np.concatenate((ends.ravel(), network.i[joints], network.j[joints])))
+        blocks = [int(block(assembly.joints, key)) for key in assembly.found.key[joints]]
         v = bodies.motion.v + ahead / dt * (network.v_free - bodies.v_0)
         self.found = new(Found, m=2 * len(assembly.found.gap), d=d)
         keys, reach = assembly.found.key[contacts], assembly.reach_of(moving)
         e = GAP_INCREMENT / max(fastest(v[moving], reach, d), EPS)
         kept = bodies.motion.x[moving].copy()
-        gaps = np.stack([self._gaps(keys, v, moving, ahead + h * e) for h in (-2, -1, 1, 2, 0)])
-        g_0, g_1, g_3, g_4, g_2 = gaps
+        gaps, rates = [], []
+        for h in (-2, -1, 1, 2, 0):
+            gaps.append(self._gaps(keys, v, moving, ahead + h * e))
+            rates.append(np.einsum("rbx,bx->r", self._rows_of_joints(blocks, moving), v[moving]))
+        (g_0, g_1, g_3, g_4, g_2), (r_0, r_1, r_3, r_4, _) = gaps, rates
         self.curvature = np.nan_to_num((16.0 * (g_1 + g_3) - g_0 - g_4 - 30.0 * g_2) / (12.0 * e * e))
+        turning = (r_0 - 8.0 * r_1 + 8.0 * r_3 - r_4) / (12.0 * e)
         at = self._rows_at(keys)
         self._place(v, moving, ahead)
         J = np.zeros((len(contacts), 2, len(moving), v.shape[1]))
@@ -86,10 +102,26 @@ class StateProblem:
                 arm = point - bodies.motion.x[moving[b], :d]
                 J[k, 0, b] += sign * row_of(normal, arm)
                 J[k, 1, b] += sign * row_of(along, arm)
+        rows = np.concatenate((J.reshape(-1, *J.shape[2:]), self._rows_of_joints(blocks, moving)))
         bodies.motion.x[moving] = kept
-        images = np.einsum("kabx,bxy->kaby", J, network.M_inv[moving])
-        self.G = np.einsum("kaby,mcby->kamc", images, J)
-        self.b = np.einsum("kbx,bx->k", J[:, 0], self._free_accelerations(v, moving)) + self.curvature
+        images = np.einsum("rbx,bxy->rby", rows, network.M_inv[moving]).reshape(len(rows), -1)
+        b = np.einsum("rbx,bx->r", rows, self._free_accelerations(v, moving))
+        m = len(contacts)
+        b[0 : 2 * m : 2] += self.curvature
+        b[2 * m :] += turning
+        left = without_joints(images @ rows.reshape(len(rows), -1).T, b, np.arange(len(rows)) >= 2 * m)
+        self.G, self.b = left.G.reshape(m, 2, m, 2), left.c[::2]
+
+    def _rows_of_joints(self, blocks: list[int], moving: np.ndarray) -> np.ndarray:
+        """The rows of blocks of joints at the places of the bodies; those that a block does not use are 0."""
+        joints, x, d = self.assembly.joints, self.assembly.bodies.motion.x, self.assembly.dim
+        rows = np.zeros((len(blocks), d, len(moving), 3 * (d - 1)))
+        for at, k in enumerate(blocks):
+            for row in np.flatnonzero(joints.w[k] != UNUSED):
+                for b, sign in ((joints.i[k], -1.0), (joints.j[k], 1.0)):
+                    force, moment = wrench(joints, x, k, row, b)
+                    rows[at, row, np.searchsorted(moving, b)] = sign * np.array((*force[:d], *moment[FIRST_TURN[d] :]))
+        return rows.reshape(-1, len(moving), 3 * (d - 1))
 
     def _free_accelerations(self, v: np.ndarray, moving: np.ndarray) -> np.ndarray:
         """M^-1 h of some bodies: gravity, what is applied, and what the inertia of a spatial one turns it by."""

@@ -11,9 +11,16 @@ that are possible from here. So an island is *doubtful* where a minor is negativ
 solutions there are (``paradox.py``). The minors are the pivots of a walk through the modes, each contact eliminated in
 turn; pivots that vanish are those of contacts which add no motion, and their branches are left out.
 
+Joints are eliminated first: G and the free velocities are those of contacts whose bodies are held by them,
+
+    G <- G - G_j G_jj^-1 G_j^T,    gamma <- gamma - G_j G_jj^-1 gamma_j
+
+pivot by pivot; a row that others say already has none. So one joint makes several bodies one, as a weld does.
+
 In space the direction of a slide is one of many: islands of which a touching contact does not slide fast enough are not
-asked. Neither are islands with joints or compliant contacts, those of more than FEW_TOUCHING contacts that touch, and
-of more than FEW_TURNING where one may stop.
+asked. Neither are islands with compliant contacts, springs, motors, friction in joints or limits that are reached,
+those of a contact that joints hold fast along its normal, of more than MOST_HELD blocks of rows of joints, of more than
+FEW_TOUCHING contacts that touch, and of more than FEW_TURNING where one may stop.
 
 Source: Lötstedt, *ZAMM* 61 (1981) 605; Robinson, *Math. Oper. Res.* 17 (1992) 691 (coherent orientation).
 Equations: docs/theory/scenes.md, (9).
@@ -24,7 +31,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated as Array
 
-from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.joint import is_contact, is_joint, is_powered
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.planar.reduction import SAME_ROW
 from nonsmooth.integrators.assembly.bodies import Bodies
@@ -35,13 +42,15 @@ from nonsmooth.scenes.detection import Found
 FEW_TOUCHING = 4  # chosen: contacts of an island that touch: as those of a box on a face in space
 # measured: of these where one may stop: three take 0.6 us, four 1.8 us, a third of the step of two boxes on a belt
 FEW_TURNING = 3
+MOST_HELD = 12  # chosen: blocks of rows of joints: twelve pins in the plane, six hinges in space
+SAID_TWICE = 1e-10  # chosen: part of a row's own diagonal that others leave of it where they say the same
 LEAST_MINOR = 1e-9  # chosen: part of the diagonal of G below which a pivot is called zero: far above rounding
 SURE_SLIDE = 2.0  # chosen: times what a step may change of a sliding velocity, beyond which it goes on
 LEFT_OPEN, SLID_PLUS, SLID_MINUS, HELD_FAST = range(4)  # code: modes of the walk
 LAST_MODE = HELD_FAST  # code: of them
 
 
-class Doubts(Block, few=FEW_TOUCHING):
+class Doubts(Block, few=FEW_TOUCHING, held=MOST_HELD):
     """Islands that are doubtful, and what they are found in: rows (N, T) of a contact, N alone where it only slides."""
 
     count: int
@@ -55,6 +64,10 @@ class Doubts(Block, few=FEW_TOUCHING):
     like: Array[Ints, "few"]  # the first contact with the same tangential row: closed, they slide or stick alike
     images: Array[Floats, "few", 2, 6]  # M^-1 J^T of an impulse, on either body
     G: Array[Floats, "2 * few", "2 * few"]
+    joints: int  # blocks of rows of joints, which are eliminated
+    joint: Array[Ints, "held"]
+    # of d rows of the contacts that touch, and behind them those of the joints: G and, last, the free velocities
+    Q: Array[Floats, "3 * (few + held)", "3 * (few + held) + 1"]
     S: Array[Floats, "few", "2 * few", "2 * few"]  # what is left of it, one a level
 
 
@@ -67,6 +80,9 @@ def find_doubtful(bodies_at, found_at, network_at, doubts_at, is_start, d):
     doubts.count = 0
     for k in range(network.islands.count):
         touching = list_touching(found, network, k, near, doubts, d)
+        if touching > 0 and doubts.joints > 0:
+            eliminate_joints(network, touching, doubts, d, n)
+            touching = 0 if is_held_fast(network, touching, doubts, d) else touching
         if touching > 0 and find_ways(bodies, network, touching, doubts, d, n):
             if is_doubtful(network, touching, doubts, d, n):
                 doubts.island[doubts.count] = k
@@ -80,6 +96,11 @@ def is_doubtful(network, touching, doubts, d, n):
     if touching == 1:
         return is_one_doubtful(network, doubts)
     doubts.slides = 1 if do_all_slide(touching, doubts) else 0
+    if doubts.joints > 0:
+        if doubts.slides == 0 and touching > FEW_TURNING:
+            return False
+        take_held(network, touching, doubts, d)
+        return has_negative_minor(network, touching, doubts)
     if doubts.slides == 1:
         write_slides(network, touching, doubts, d, n)
     elif touching > FEW_TURNING:
@@ -95,12 +116,21 @@ def list_touching(found, network, k, near, doubts, d):
     cannot matter."""
     n = 3 * (d - 1)
     islands, count, is_rough, may_matter = network.islands, 0, False, False
+    doubts.joints = 0
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
-        if is_joint(network, c) or network.soft[c] > 0.0:
+        if is_joint(network, c):
+            if doubts.joints == doubts.joint.shape[0]:
+                return 0
+            doubts.joint[doubts.joints] = c
+            doubts.joints += 1
+            continue
+        if network.soft[c] > 0.0 or is_powered(network, c):
             return 0
         if not touches(found, network, c, near, n):
             continue
+        if not is_contact(network, c):
+            return 0
         if count == doubts.contact.shape[0]:
             return 0
         doubts.contact[count] = c
@@ -110,29 +140,117 @@ def list_touching(found, network, k, near, doubts, d):
             friction += network.mu[c] * abs(network.W[c, 0, 2])
         is_rough = is_rough or network.mu[c] > 0.0
         may_matter = may_matter or friction >= network.W[c, 0, 0]
-    return count if may_matter or (count > 1 and is_rough) else 0
+    return count if may_matter or ((count > 1 or doubts.joints > 0) and is_rough) else 0
+
+
+@kernel
+def eliminate_joints(network, touching, doubts, d, n):
+    """Q of the contacts that touch, with their bodies held by the joints of the island."""
+    Q, rows, blocks = doubts.Q, d * touching, touching + doubts.joints
+    last = Q.shape[1] - 1
+    for e in range(blocks):
+        c = block_at(doubts, e, touching)
+        for a in range(d):
+            Q[d * e + a, last] = free_velocity(network, c, a, n)
+            for f in range(blocks):
+                for b in range(d):
+                    Q[d * e + a, d * f + b] = response(network, (c, a), (block_at(doubts, f, touching), b), n)
+        if e >= touching:
+            for a in range(d):
+                Q[d * e + a, d * e + a] += network.soft[c]
+    for p in range(rows, d * blocks):
+        if not Q[p, p] > SAID_TWICE * network.W[block_at(doubts, p // d, touching), p % d, p % d]:
+            continue
+        for r in range(d * blocks):
+            if r < rows or r > p:
+                factor = Q[r, p] / Q[p, p]
+                for s in range(d * blocks):
+                    if s < rows or s > p:
+                        Q[r, s] -= factor * Q[p, s]
+                Q[r, last] -= factor * Q[p, last]
+
+
+@kernel
+def is_held_fast(network, touching, doubts, d):
+    """Whether a contact that touches cannot move along its normal, since joints hold its bodies."""
+    for e in range(touching):
+        if not doubts.Q[d * e, d * e] > LEAST_MINOR * network.W[doubts.contact[e], 0, 0]:
+            return True
+    return False
+
+
+@kernel
+def block_at(doubts, e, touching):
+    """The row of the network of block e: of contacts that touch, and behind them joints."""
+    return doubts.contact[e] if e < touching else doubts.joint[e - touching]
+
+
+@kernel
+def free_velocity(network, c, a, n):
+    """gamma of row a of c at the free velocities."""
+    gamma = network.b[c, a]
+    for x in range(n):
+        of_i, of_j = network.v_free[network.i[c], x], network.v_free[network.j[c], x]
+        gamma += network.J_i[c, a, x] * of_i + network.J_j[c, a, x] * of_j
+    return gamma
+
+
+@kernel
+def response(network, of, to, n):
+    """What an impulse of row ``to`` does to the velocity of row ``of``, by the bodies that they share [1/kg]."""
+    (c, a), (f, b) = of, to
+    parent, total = network.islands.parent, 0.0
+    for side in range(2):
+        body = network.i[f] if side == 0 else network.j[f]
+        if parent[body] < 0:
+            continue
+        Y = network.Y_i if side == 0 else network.Y_j
+        for x in range(n):
+            if network.i[c] == body:
+                total += network.J_i[c, a, x] * Y[f, b, x]
+            if network.j[c] == body:
+                total += network.J_j[c, a, x] * Y[f, b, x]
+    return total
+
+
+@kernel
+def own(network, doubts, e, a, b):
+    """The entry of G of rows a and b of touching contact e, by the bodies as the joints hold them."""
+    if doubts.joints > 0:
+        d = network.W.shape[1]
+        return doubts.Q[d * e + a, d * e + b]
+    return network.W[doubts.contact[e], a, b]
+
+
+@kernel
+def take_held(network, touching, doubts, d):
+    """A, or G of planar contacts, of Q."""
+    Q, G = doubts.Q, doubts.G
+    for f in range(touching):
+        friction = -network.mu[doubts.contact[f]] * doubts.way[f]
+        for e in range(touching):
+            if doubts.slides == 1:
+                G[2 * e, 2 * f] = Q[d * e, d * f] + friction * doubts.t[f, 0] * Q[d * e, d * f + 1]
+                if d == 3:
+                    G[2 * e, 2 * f] += friction * doubts.t[f, 1] * Q[d * e, d * f + 2]
+                continue
+            for a in range(2):
+                for b in range(2):
+                    G[2 * e + a, 2 * f + b] = Q[d * e + a, d * f + b]
+    if doubts.slides == 0:
+        note_alike(touching, doubts)
 
 
 @kernel
 def touches(found, network, c, near, n):
     """Whether contact c is closed, was pressed in the step before or would close in this one."""
-    return is_closed(found, network, c, near) or network.P[c, 0] > 0.0 or free_approach(network, c, n) < 0.0
+    return is_closed(found, network, c, near) or network.P[c, 0] > 0.0 or free_velocity(network, c, 0, n) < 0.0
 
 
 @kernel
 def is_closed(found, network, c, near):
     """Whether contact c has no gap."""
     return network.b[c, 0] <= 0.0 or found.gap[c] <= near
-
-
-@kernel
-def free_approach(network, c, n):
-    """gamma_N of contact c at the free velocities."""
-    gamma_N = network.b[c, 0]
-    for x in range(n):
-        of_i, of_j = network.v_free[network.i[c], x], network.v_free[network.j[c], x]
-        gamma_N += network.J_i[c, 0, x] * of_i + network.J_j[c, 0, x] * of_j
-    return gamma_N
 
 
 @kernel
@@ -152,10 +270,14 @@ def find_ways(bodies, network, touching, doubts, d, n):
             if d == 3:
                 speed_1 += network.J_i[c, 2, x] * of_i + network.J_j[c, 2, x] * of_j
                 change_1 += network.J_i[c, 2, x] * (to_i - of_i) + network.J_j[c, 2, x] * (to_j - of_j)
+        if doubts.joints > 0:
+            last = doubts.Q.shape[1] - 1
+            normal, change_0 = doubts.Q[d * e, last], doubts.Q[d * e + 1, last] - speed_0
+            change_1 = doubts.Q[d * e + 2, last] - speed_1 if d == 3 else 0.0
         speed = sqrt(speed_0 * speed_0 + speed_1 * speed_1)
-        P_N = max(network.P[c, 0], abs(normal) / network.W[c, 0, 0])
-        W = max(network.W[c, 1, 1], network.W[c, 2, 2] if d == 3 else 0.0)
-        change = abs(change_0) + abs(change_1) + (network.mu[c] * W + abs(network.W[c, 0, 1])) * P_N
+        P_N = max(network.P[c, 0], abs(normal) / own(network, doubts, e, 0, 0))
+        W = max(own(network, doubts, e, 1, 1), own(network, doubts, e, 2, 2) if d == 3 else 0.0)
+        change = abs(change_0) + abs(change_1) + (network.mu[c] * W + abs(own(network, doubts, e, 0, 1))) * P_N
         doubts.way[e], doubts.t[e, 0], doubts.t[e, 1] = 0, 1.0, 0.0
         if speed > SURE_SLIDE * change:
             doubts.way[e] = 1 if d == 3 or speed_0 > 0.0 else -1
@@ -169,12 +291,11 @@ def find_ways(bodies, network, touching, doubts, d, n):
 @kernel
 def is_one_doubtful(network, doubts):
     """Whether p <= 0 for the only contact, in a direction in which it may slide."""
-    c, way = doubts.contact[0], doubts.way[0]
-    W = network.W
-    friction = network.mu[c] * W[c, 0, 1] * doubts.t[0, 0]
-    if W.shape[1] == 3:
-        friction += network.mu[c] * W[c, 0, 2] * doubts.t[0, 1]
-    return (way >= 0 and friction >= W[c, 0, 0]) or (way <= 0 and -friction >= W[c, 0, 0])
+    mu, way, W_NN = network.mu[doubts.contact[0]], doubts.way[0], own(network, doubts, 0, 0, 0)
+    friction = mu * own(network, doubts, 0, 0, 1) * doubts.t[0, 0]
+    if network.W.shape[1] == 3:
+        friction += mu * own(network, doubts, 0, 0, 2) * doubts.t[0, 1]
+    return (way >= 0 and friction >= W_NN) or (way <= 0 and -friction >= W_NN)
 
 
 @kernel
@@ -208,15 +329,16 @@ def write_slides(network, touching, doubts, d, n):
 @kernel
 def write_matrix(network, touching, doubts, n):
     """G of planar contacts, rows N and T."""
-    images = doubts.images
-    for f in range(touching):
-        for b in range(2):
-            for x in range(n):
-                images[f, 0, x] = network.Y_i[doubts.contact[f], b, x]
-                images[f, 1, x] = network.Y_j[doubts.contact[f], b, x]
-            for e in range(touching):
-                for a in range(2):
-                    doubts.G[2 * e + a, 2 * f + b] = acts_on(network, a, (e, f), doubts, n)
+    for row in range(2 * touching):
+        c = doubts.contact[row // 2]
+        for column in range(2 * touching):
+            doubts.G[row, column] = response(network, (c, row % 2), (doubts.contact[column // 2], column % 2), n)
+    note_alike(touching, doubts)
+
+
+@kernel
+def note_alike(touching, doubts):
+    """Note which contacts have the same tangential row."""
     for f in range(touching):
         doubts.like[f] = f
         for e in range(f - 1, -1, -1):

@@ -26,6 +26,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nonsmooth.contact.network.eliminated import Eliminated, without_joints
+from nonsmooth.contact.network.joint import JOINED
+from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rescue import dense_problem
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.ladder import Route, solve_planar
@@ -77,17 +80,18 @@ def examine(assembly: SceneInStep) -> list[Verdict]:
     islands, gap, verdicts = network.islands, assembly.found.gap, []
     for k in doubts.island[: int(doubts.count)]:
         listed = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
-        contacts = listed[which(touches, assembly, listed, 3 * (assembly.dim - 1))]
+        joints = listed[network.mu[listed] == JOINED]
+        contacts = listed[(network.mu[listed] != JOINED) & which(touches, assembly, listed, 3 * (assembly.dim - 1))]
         kept = network.b[contacts, 0].copy(), gap[contacts].copy()
         ways = network.J_j[contacts, 1, :2] if is_planar else before_step(assembly, contacts).t
-        state = StateProblem(assembly, contacts, ways, 0.0)
+        state = StateProblem(assembly, contacts, joints, ways, 0.0)
         touching = corrected(assembly, contacts, state)
         is_left = len(touching) < len(contacts)
         verdict = None
         if is_planar and len(touching) > 0:
-            verdict = examine_planar(assembly, touching)
+            verdict = examine_planar(assembly, touching, joints)
         elif not is_planar and not is_left:
-            verdict = examine_spatial(assembly, contacts, state)
+            verdict = examine_spatial(assembly, contacts, joints, state)
         if verdict is not None:
             verdicts.append(verdict)
         elif not is_left:  # one solution, of which the solver is to know what it would have without a doubt
@@ -146,33 +150,40 @@ def corrected(assembly: SceneInStep, contacts: np.ndarray, state: StateProblem) 
     return contacts[closed | which(touches, assembly, contacts, 3 * (assembly.dim - 1))]
 
 
-def examine_planar(assembly: SceneInStep, contacts: np.ndarray) -> Verdict | None:
+def examine_planar(assembly: SceneInStep, contacts: np.ndarray, joints: np.ndarray) -> Verdict | None:
     """The solutions of the step's problem; the one that is taken goes to network.P."""
     network = assembly.network
     before, m = before_step(assembly, contacts), len(contacts)
     has_friction = network.mu[contacts] > 0.0
-    problem, rows = planar_problem(assembly, contacts, before, has_friction)
+    held = held_by_joints(network, contacts, joints)
+    problem, rows = planar_problem(assembly, contacts, held, before, has_friction)
     numbers, bits, members = solve_by_dense_core(assembly, problem)
     if numbers.min() == 0:
         return None
     several = (numbers >= 3) | ((numbers == 2) & (members > 1))
     stops = (problem.candidate == STICK) & (before.mode == ContactMode.SLIDE) & has_friction
-    lost = np.array([bool(stops[k]) and has_lost_force(assembly, contacts, k, before) for k in range(m)])
+    lost = np.array([bool(stops[k]) and has_lost_force(assembly, contacts, joints, k, before) for k in range(m)])
     if not lost.any() and not several.any():
         return None
     P = np.zeros(2 * m)
     P[rows] = problem.P
-    network.P[contacts] = P.reshape(m, 2)
+    network.P[contacts], network.P[joints] = P.reshape(m, 2), held.joints(P).reshape(-1, 2)
     if lost.any():
         return Verdict(contacts, before, INCONSISTENT, lost, 0, 0)
     return Verdict(contacts, before, INDETERMINATE, several, int(numbers.max()), bits)
 
 
+def held_by_joints(network: Network, contacts: np.ndarray, joints: np.ndarray) -> Eliminated:
+    """The problem of the step of some contacts, whose bodies joints hold."""
+    is_joint = np.repeat([False, True], (network.b.shape[1] * len(contacts), network.b.shape[1] * len(joints)))
+    return without_joints(*dense_problem(network, np.concatenate((contacts, joints))), is_joint)
+
+
 def planar_problem(
-    assembly: SceneInStep, contacts: np.ndarray, before: Before, has_friction: np.ndarray
+    assembly: SceneInStep, contacts: np.ndarray, held: Eliminated, before: Before, has_friction: np.ndarray
 ) -> tuple[Problem, np.ndarray]:
-    """The problem of the step of some contacts, and which of its rows N, T it has: none for friction where mu = 0."""
-    G, c = dense_problem(assembly.network, contacts)
+    """The problem of the dense core, and which of the rows N, T it has: none for friction where mu = 0."""
+    G, c = held.G, held.c
     mu = assembly.network.mu[contacts]
     rows = np.stack((np.ones(len(mu), bool), has_friction), axis=1).ravel()
     kinds = np.stack((np.full(len(mu), UNILATERAL), has_friction.astype(int)), axis=1)
@@ -197,15 +208,19 @@ def solve_by_dense_core(assembly: SceneInStep, problem: Problem) -> tuple[np.nda
     return numbers, 0, planar.members[:m].copy()
 
 
-def has_lost_force(assembly: SceneInStep, contacts: np.ndarray, k: int, before: Before) -> bool:
+def has_lost_force(
+    assembly: SceneInStep, contacts: np.ndarray, joints: np.ndarray, k: int, before: Before
+) -> bool:  # fmt: skip
     """Whether the slide of contact k ran out of forces, before the step or, of the free motion, at its end."""
     mu, s = float(assembly.network.mu[contacts[k]]), int(before.slip[k])
     tangents = assembly.network.J_j[contacts, 1, :2]
-    states = (StateProblem(assembly, contacts, tangents, ahead) for ahead in (0.0, float(assembly.progress.dt)))
+    states = (StateProblem(assembly, contacts, joints, tangents, ahead) for ahead in (0.0, float(assembly.progress.dt)))
     return any(no_force(False, s, mu, at.G[k, 0, k, 0], at.G[k, 0, k, 1], at.b[k]) for at in states)
 
 
-def examine_spatial(assembly: SceneInStep, contacts: np.ndarray, state: StateProblem) -> Verdict | None:
+def examine_spatial(
+    assembly: SceneInStep, contacts: np.ndarray, joints: np.ndarray, state: StateProblem
+) -> Verdict | None:  # fmt: skip
     """The forces of contacts that all slide; where several fit, those that are taken go to network.P, of a step."""
     network, before, dt = assembly.network, before_step(assembly, contacts), float(assembly.progress.dt)
     if not (before.mode == ContactMode.SLIDE).all():
@@ -228,6 +243,7 @@ def examine_spatial(assembly: SceneInStep, contacts: np.ndarray, state: StatePro
     ways = np.einsum("ck,cak->ca", before.t, network.J_j[contacts][:, 1:, :3])
     network.P[contacts, 0] = dt * la
     network.P[contacts, 1:] = -(mu * dt * la)[:, None] * ways
+    network.P[joints] = held_by_joints(network, contacts, joints).joints(network.P[contacts].ravel()).reshape(-1, 3)
     bits = 1 << FREE | 1 << SLIDE_PLUS if m == 1 else 0
     return Verdict(contacts, before, INDETERMINATE, of, int(n_solutions), bits)
 

@@ -438,11 +438,96 @@ def test_damaged_paradoxes_are_refused(tmp_path):
         ns.SceneSolution.load(found.save(tmp_path / "run.npz"))
 
 
-def test_islands_of_many_contacts_joints_and_springs_are_not_asked():
+def welded_rod(parts, mu=2.0, **rod):
+    """The rod of `add_rod`, cut into equal parts that are welded to one another."""
+    whole = rod_scene(mu=mu, **rod)["rod"]
+    scene, length = ns.Scene(gravity=(0, -G), material=ns.Material(mu=mu)), 1.0 / parts
+    scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+    e, n = (np.array(axis) for axis in ((math.cos(TH), math.sin(TH)), (-math.sin(TH), math.cos(TH))))
+    for k in range(parts):
+        r = (k + 0.5) * length - 0.5
+        scene.body(
+            ns.Capsule(length, THIN), mass=length, inertia=length**3 / 12, name=f"part {k}", turn=whole.turn,
+            position=whole.position + r * e, velocity=whole.velocity + r * whole.spin * n, spin=whole.spin,
+        )  # fmt: skip
+        if k > 0:
+            scene.fix(f"part {k - 1}", f"part {k}", at=whole.position + (r - 0.5 * length) * e)
+    return scene
+
+
+@pytest.mark.parametrize("parts", [2, 3])
+@pytest.mark.parametrize("thdot", [0.0, 1.0, 6.0])
+def test_a_rod_of_welded_parts_is_named_as_the_whole_one_is(thdot, parts):
+    """Rows of joints are those of the middle of the step, of contacts those of its beginning: a part thdot dt of P."""
+    (event,), (same,) = run(welded_rod(parts, thdot=thdot)).paradoxes, run(rod_scene(thdot=thdot)).paradoxes
+    assert told(event) == told(same) and (event.i, event.j) == ("ground", "part 0")
+    np.testing.assert_allclose([event.P_N, event.P_F], [same.P_N, same.P_F], rtol=1e-8 + thdot * DT)
+    assert run(welded_rod(parts, mu=1.0, thdot=thdot)).paradoxes == []
+
+
+@pytest.mark.parametrize(("thdot", "kind"), [(0.0, INCONSISTENT), (6.0, INDETERMINATE)])
+def test_a_rod_of_welded_parts_in_space_is_named_too(thdot, kind):
+    """Its ends and the moments of its parts are those of a rod of 1 m and 1 kg."""
+    e, J, dt = np.array([math.cos(TH), 0.0, math.sin(TH)]), 0.125 / 12, 1e-4
+    scene, spin = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=2.0)), np.array([0.0, -thdot, 0.0])
+    scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
+    for k, r in enumerate((0.25, 0.75)):
+        scene.body(
+            ns.Capsule(0.5, THIN), mass=0.5, inertia=(1e-6 * J, J, J), name=f"part {k}", position=(0, 0, THIN) + r * e,
+            turn=(math.cos(TH / 2), 0, -math.sin(TH / 2), 0), velocity=(-1, 0, 0) + np.cross(spin, r * e), spin=spin,
+        )  # fmt: skip
+    scene.fix("part 0", "part 1", at=(0, 0, THIN) + 0.5 * e)
+    (event,) = ns.simulate(scene, (0, 2e-3), integrator=ns.MoreauJean(dt)).paradoxes
+    assert (event.kind, event.j) == (kind, "part 0")
+    assert event.n_solutions == (2 if kind == INDETERMINATE else 0)
+
+
+def finger(rng):
+    """Two links on pins, whose tip slides on the ground."""
+    l_1, l_2 = rng.uniform(0.5, 1.5, 2)
+    a, b, spin = rng.uniform(-math.pi, math.pi), rng.uniform(0.3, math.pi - 0.3), rng.uniform(-4, 4)
+    e_1, e_2 = (np.array((math.cos(angle), math.sin(angle))) for angle in (a, b))
+    n_1, n_2 = (np.array((-e[1], e[0])) for e in (e_1, e_2))
+    elbow = np.array((0.0, THIN)) + l_2 * e_2
+    shoulder, of_elbow = elbow - l_1 * e_1, spin * l_1 * n_1
+    turning = of_elbow[1] / (l_2 * n_2[1])
+    scene = ns.Scene(gravity=(0, -G), material=ns.Material(mu=rng.uniform(0.5, 4.0)))
+    scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+    scene.fixed(ns.Disc(0.01), position=shoulder, name="base")
+    scene.body(ns.Box(l_1, 0.02), mass=rng.uniform(0.5, 3), position=shoulder + 0.5 * l_1 * e_1, turn=a,
+               velocity=0.5 * of_elbow, spin=spin, name="upper")  # fmt: skip
+    scene.body(ns.Capsule(l_2, THIN), mass=rng.uniform(0.5, 3), position=elbow - 0.5 * l_2 * e_2, turn=b,
+               velocity=of_elbow - 0.5 * l_2 * turning * n_2, spin=turning, name="lower")  # fmt: skip
+    for pair in (("base", "upper"), ("ground", "upper"), ("base", "lower")):
+        scene.ignore(*pair)
+    scene.hinge("base", "upper", at=shoulder)
+    scene.hinge("upper", "lower", at=elbow)
+    return scene, (of_elbow - l_2 * turning * n_2)[0]
+
+
+def test_fingers_on_pins_are_in_the_paradoxes_that_the_census_of_their_systems_finds():
+    rng, kinds = np.random.default_rng(1), set()
+    for _ in range(60):
+        scene, slip = finger(rng)
+        if abs(slip) > 0.5 and scene["base"].position[1] > 0.2:
+            kind = ns.classify(scene).kind.name
+            found = ns.simulate(scene, (0, 1e-5), integrator=ns.MoreauJean(1e-5)).paradoxes
+            assert [event.kind.name for event in found] == ([] if kind == "REGULAR" else [kind])
+            kinds.add(kind)
+    assert kinds == {"REGULAR", "INCONSISTENT", "INDETERMINATE"}
+
+
+def test_islands_of_springs_are_not_asked():
     scene = rod_scene()
-    scene.body(ns.Disc(0.01), mass=1e-3, position=scene["rod"].position, velocity=scene["rod"].velocity, name="bead")
-    scene.joint("bead", "rod", at=scene["rod"].position)
+    rod = scene["rod"]
+    scene.body(ns.Disc(0.01), mass=1e-3, position=rod.position, velocity=rod.velocity, name="bead")
+    scene.hinge("bead", "rod", at=rod.position, name="pin")
+    assert len(run(scene).paradoxes) == 1
+    scene.spring("bead", "ground", stiffness=1.0, at_b=(0.0, 0.0))
     assert run(scene).paradoxes == []
+
+
+def test_islands_of_compliant_contacts_are_not_asked():
     thick = ns.Scene(gravity=(0, -G), material=ns.Material(mu=3.0))
     thick.fixed(ns.HalfPlane((0, 1)), name="ground")
     lowest = 0.5 * math.sin(TH) + 0.02
