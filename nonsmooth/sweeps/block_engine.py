@@ -43,13 +43,13 @@ from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, RAISED, initial_modes
 from nonsmooth.mechanics.laws import LAW_WIDTH
-from nonsmooth.mechanics.model_system import require_planar
 from nonsmooth.mechanics.sys import Sys, new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.recorded import COORDINATES, EVENTS, KINDS, MODES
 from nonsmooth.runs.ongoing import columns_of, left_out, set_handles, skip
 from nonsmooth.runs.recorder import ROW_CAPACITY
 from nonsmooth.runs.run import next_block
+from nonsmooth.runs.simulate_system import in_space
 from nonsmooth.runs.specialise import loop_of_system
 from nonsmooth.runs.system_run import FIRST_BLOCK
 from nonsmooth.runs.times import Timetable
@@ -408,8 +408,8 @@ class BlockEngine:
         self, system: System, integrator: Integrator, table: Timetable, selection: int, window: float,
         has_sequence: bool, has_events: bool = True, until: Settling | None = None,
     ) -> None:  # fmt: skip
-        if not integrator.is_spatial:
-            require_planar(system, type(integrator).__name__)
+        if system.is_spatial and not integrator.is_spatial:
+            integrator = in_space(integrator, system)
         self.system, self.integrator, self.table, self.window = system, integrator, table, window
         self.model: Model = model_of(system)
         self.selection, self.until = selection, until

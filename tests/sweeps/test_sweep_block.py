@@ -19,6 +19,7 @@ from models.bouncing_ball import BouncingBall
 from models.painleve_rod import PainleveRod
 from models.pendulum import WallPendulum
 from models.rocking_block import RockingBlock
+from models.spatial_painleve_rod import SpatialPainleveRod
 from models.sprag_slip import SpragSlip
 from nonsmooth.integrators.records import Counters, State, Worst
 from nonsmooth.jit import interpreted
@@ -518,3 +519,19 @@ def test_a_system_that_has_run_goes_to_other_processes():
     there = pickle.loads(pickle.dumps(task))
     axes = {"mu": [0.3, 0.5]}
     xr.testing.assert_identical(ns.sweep(task, axes, progress=False), ns.sweep(there, axes, progress=False))
+
+
+@pytest.mark.parametrize("integrator", [
+    ns.EventDriven(1e-8, 1e-10), ns.Adaptive(1e-6), ns.MoreauJean(1e-5), ns.Penalty(1e6, damping_ratio=0.5, rtol=1e-5),
+], ids=["events", "chosen", "fixed", "springs"])  # fmt: skip
+def test_cells_in_space_have_the_bits_of_their_simulation(integrator):
+    rod, axes = SpatialPainleveRod(e=0.5), {"mu": [0.4, 1.2, 2.0], "phi": [0.5, -2.0]}
+    task = ns.RunTask(rod, ["final_state", "paradoxes"], integrator=integrator, t_span=(0, 0.02))
+    found = ns.sweep(task, axes)
+    for mu in axes["mu"]:
+        for phi in axes["phi"]:
+            cell = found.sel(mu=mu, phi=phi)
+            sol = ns.simulate(replace(rod, mu=mu), (0, 0.02), *rod.state(phi=phi), integrator=integrator)
+            assert (cell.q.values == sol.q[-1]).all() and (cell.u.values == sol.u[-1]).all()
+            assert cell.paradoxes == len(sol.paradoxes)
+    assert integrator.is_rigid == (found.paradoxes.sum() > 0)
