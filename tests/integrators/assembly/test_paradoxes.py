@@ -465,6 +465,24 @@ def test_a_rod_of_welded_parts_is_named_as_the_whole_one_is(thdot, parts):
     assert run(welded_rod(parts, mu=1.0, thdot=thdot)).paradoxes == []
 
 
+@pytest.mark.parametrize("parts", [2, 3])
+def test_the_forces_that_a_rod_of_welded_parts_needs_are_those_of_the_whole_one(parts, monkeypatch):
+    asked = []
+
+    class Noted(paradox.StateProblem):
+        def __init__(self, *given):
+            super().__init__(*given)
+            asked.append(self)
+
+    monkeypatch.setattr(paradox, "StateProblem", Noted)
+    for scene in (welded_rod(parts, thdot=6.0), rod_scene(thdot=6.0)):
+        run(scene, 2 * DT)
+    of_parts, of_whole = asked[0], asked[len(asked) // 2]
+    np.testing.assert_allclose(of_parts.G, of_whole.G, rtol=1e-10)
+    for found in (of_parts, of_whole):  # gaps are differenced over 1e-3 of a reach: rounding 1e-16/1e-6 of 36 m/s^2
+        np.testing.assert_allclose(found.b, [6.0**2 * math.sin(TH) / 2 - G], rtol=1e-7)
+
+
 @pytest.mark.parametrize(("thdot", "kind"), [(0.0, INCONSISTENT), (6.0, INDETERMINATE)])
 def test_a_rod_of_welded_parts_in_space_is_named_too(thdot, kind):
     """Its ends and the moments of its parts are those of a rod of 1 m and 1 kg."""
