@@ -64,6 +64,7 @@ _HOME = {
     "Adaptive": "integrators.adaptive.options",
     "EventDriven": "integrators.event_driven.options",
     "mesh": "scenes.meshes",
+    "heightfield": "scenes.heightfields",
     "Stepper": "runs.stepper",
     "Auto": "runs.choice",
     "classify": "paradox.classify",

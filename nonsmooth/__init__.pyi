@@ -115,6 +115,7 @@ from nonsmooth.runs.stepper import Stepper as Stepper
 from nonsmooth.scenes.elements import Body as Body
 from nonsmooth.scenes.elements import Joint as Joint
 from nonsmooth.scenes.elliptic_friction import EllipticFriction as EllipticFriction
+from nonsmooth.scenes.heightfields import heightfield as heightfield
 from nonsmooth.scenes.joint_friction import GuideFriction as GuideFriction
 from nonsmooth.scenes.joint_friction import PinFriction as PinFriction
 from nonsmooth.scenes.materials import Material as Material

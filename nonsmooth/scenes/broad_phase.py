@@ -8,8 +8,8 @@ so that two shapes overlap only where their cells on the coarser one of their le
 3^d cells about its own on every coarser level that is in use, and half of them on its own. A shape of a body that is
 still asks only where one that is not still is coarser; those look for still ones in the other half of the cells too.
 Cells share a table of at least 2 n buckets; entries are sorted by bucket, and a row of cells along x is a row of
-buckets. Pairs come out in the order of (i, j) by two counting sorts, whatever the order in the grid. All is linear in
-shapes + pairs.
+buckets. What is still and outside the box of all that is not is left out. Pairs come out in the order of (i, j) by two
+counting sorts, whatever the order in the grid. All is linear in shapes + pairs.
 
 Source: Ericson, *Real-Time Collision Detection*, section 7.2.2 (hierarchical hash grids); Eitz and Lixu, "Hierarchical
 spatial hashing for real-time collision detection", SMI 2007.
@@ -24,6 +24,8 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.scenes.detection import NOT_FINITE
 
+NO_BOX = -1  # code: the level of a shape that is unbounded
+OUT_OF_REACH = -2  # code: the level of a shape that is still and outside the box of all that are not
 GRID_LEVELS = 48  # chosen: sizes of one scene differ by up to 2^48; what is smaller still stands in the finest grid
 CELL_WRAP = 2**28 - 1  # chosen: cells of a row and rows are told apart modulo this + 1, since a row's code has 62 bits
 FARTHEST_CELL = 2.0**52  # derived: cells from the origin beyond which a place is not known to a cell
@@ -41,7 +43,7 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
     normal: Array[Floats, "n_s", "d"]  # of the border of an unbounded shape
     border: Array[Floats, "n_s"]  # [m] n . p of what is on its border, as much wider as the boxes are
     approach: Array[Floats, "n_s"]  # [m] the farthest that a point of its core moves in a step
-    level: Array[Ints, "n_s"]  # -1 where it is unbounded
+    level: Array[Ints, "n_s"]  # or NO_BOX, OUT_OF_REACH
     row: Array[Ints, "n_s"]  # level and cells across x, as one number
     bucket: Array[Ints, "n_s"]
     start: Array[Ints, "n_t + 1"]
@@ -52,6 +54,8 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
     near: Array[Ints, "n_s + 1"]  # those whose boxes overlap that of one shape
     population: Array[Ints, GRID_LEVELS]  # of the levels
     active: Array[Ints, GRID_LEVELS]  # of these, shapes that are not still
+    reach_lo: Array[Floats, "d"]  # [m] the box of all that is not still
+    reach_hi: Array[Floats, "d"]
     n_still: int  # bounded shapes that are
     widest: float  # [m] the longest side of a box
     n_pairs: int  # found, which may be more than there is room for
@@ -72,7 +76,7 @@ def find_pairs(shapes, motion, grid):
     for p in range(n):
         neighbours(shapes, motion, grid, p)
     for s in range(grid.level.shape[0]):
-        if grid.level[s] < 0:
+        if grid.level[s] == NO_BOX:
             against_all(shapes, motion, grid, s)
     if grid.n_pairs <= grid.i.shape[0]:
         sort_pairs(grid)
@@ -84,6 +88,7 @@ def enter(shapes, motion, grid):
     """Sort the bounded shapes by the bucket of their cell; returns how many, or NOT_FINITE."""
     n_s, depth = grid.lo.shape
     start, population, widest = grid.start, grid.population, 0.0
+    leave_out_far(shapes, motion, grid)
     for s in range(n_s):
         if grid.level[s] >= 0:
             widest = max(widest, width_of(grid, s))
@@ -114,6 +119,29 @@ def enter(shapes, motion, grid):
     grid.n_still = n_still
     fill_buckets(grid)
     return n
+
+
+@kernel
+def leave_out_far(shapes, motion, grid):
+    """Mark the shapes that are still and outside the box of all that are not."""
+    n_s, depth = grid.lo.shape
+    lo, hi = grid.reach_lo, grid.reach_hi
+    for a in range(depth):
+        lo[a], hi[a] = math.inf, -math.inf
+    n_still = 0
+    for s in range(n_s):
+        if motion.still[shapes.body[s]] == 1:
+            n_still += 1
+        elif grid.level[s] == NO_BOX:
+            return
+        else:
+            for a in range(depth):
+                lo[a], hi[a] = min(lo[a], grid.lo[s, a]), max(hi[a], grid.hi[s, a])
+    for s in range(n_s if n_still > 0 else 0):
+        if motion.still[shapes.body[s]] == 1 and grid.level[s] != NO_BOX:
+            for a in range(depth):
+                if grid.lo[s, a] > hi[a] or grid.hi[s, a] < lo[a]:
+                    grid.level[s] = OUT_OF_REACH
 
 
 @kernel

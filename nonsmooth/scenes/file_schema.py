@@ -77,7 +77,7 @@ def _of_argument(name: str) -> Schema:
     return ANY_NUMBERS
 
 
-def _one_of(names: dict[str, type]) -> Schema:
+def _one_of(names: dict[str, Any]) -> Schema:
     """A table {Name = arguments}."""
     known: Schema = {name: {} for name in names if name in BUILT and not inspect.isabstract(names[name])}
     return {**_closed(known), "minProperties": 1, "maxProperties": 1}

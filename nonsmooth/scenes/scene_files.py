@@ -38,6 +38,7 @@ from nonsmooth.mechanics.laws import FrictionLaw
 from nonsmooth.scenes.elements import Joint, Kind, Motor
 from nonsmooth.scenes.elliptic_friction import EllipticFriction
 from nonsmooth.scenes.formulas import value_of
+from nonsmooth.scenes.heightfields import heightfield
 from nonsmooth.scenes.joint_friction import GuideFriction, PinFriction
 from nonsmooth.scenes.joint_kinds import JOINT_KINDS
 from nonsmooth.scenes.materials import RESISTANCES, Material
@@ -55,7 +56,9 @@ OF_JOINTS = {"motors": "motor", "springs": "spring"}  # lists in a table of a jo
 ORDER = ("materials", *KINDS)
 OF_SCENE = ("name", "gravity", "material", "t_end", "dt")
 TEXTS = ("name", "kind", "material", "a", "b", "body", "bodies", "impact", "along")  # keys whose texts are names
-SHAPES = {cls.__name__: cls for cls in vars(shapes).values() if isinstance(cls, type) and issubclass(cls, Shape)}
+SHAPES: dict[str, Any] = {
+    cls.__name__: cls for cls in vars(shapes).values() if isinstance(cls, type) and issubclass(cls, Shape)
+} | {heightfield.__name__: heightfield}
 LAWS = {cls.__name__: cls for cls in vars(laws).values() if isinstance(cls, type) and issubclass(cls, FrictionLaw)}
 PINS: dict[str, type] = {cls.__name__: cls for cls in (PinFriction, GuideFriction)}
 DIRECTED: dict[str, type] = {EllipticFriction.__name__: EllipticFriction}

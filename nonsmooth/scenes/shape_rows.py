@@ -197,7 +197,8 @@ def fill_solids(solids: Solids, rows: Sequence[ShapeRow]) -> None:
 def normal_of(loop: np.ndarray) -> np.ndarray:
     """The unit normal of a plane polygon (k, 3), counterclockwise about it (Newell)."""
     a = loop - loop[0]
-    area = np.cross(a, np.roll(a, -1, axis=0)).sum(axis=0)
+    (x, y, z), (u, v, w) = a.T, np.roll(a, -1, axis=0).T
+    area = np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=1).sum(axis=0)
     return area / np.linalg.norm(area)
 
 

@@ -25,6 +25,7 @@ STRAIGHT = 1e-9
 FLATTEST = (
     1e-6  # chosen: thickness of a set of points, of its largest width, below which it has no faces worth the name
 )
+MOST_PARTS_NAMED = 8  # chosen: parts of a Compound that its text names
 UNIT = 1e-6  # chosen: by which the length of a quaternion, or a full turn, may miss what it should be
 OF_UNIT_LENGTH = 8 * EPS  # derived: what products, a root and a quotient leave of the square of a unit vector
 
@@ -251,6 +252,14 @@ class Polyhedron(Shape):
         return f"Polyhedron({len(self.vertices)} corners, {len(self.faces)} faces)"
 
 
+def polyhedron_of(vertices: np.ndarray, faces: tuple[tuple[int, ...], ...]) -> Polyhedron:
+    """The polyhedron of corners and faces that are known to be those of a convex hull."""
+    solid = object.__new__(Polyhedron)
+    object.__setattr__(solid, "vertices", vertices)
+    object.__setattr__(solid, "faces", faces)
+    return solid
+
+
 @dataclass(frozen=True, init=False, eq=False)
 class Segment(Shape):
     """A straight wall without thickness, from a to b; fixed or moved as it is told, it has no mass.
@@ -362,6 +371,8 @@ class Compound(Shape):
         return all(shape.has_mass for shape, _, _ in self.parts)
 
     def __repr__(self) -> str:
+        if len(self.parts) > MOST_PARTS_NAMED:
+            return f"Compound({len(self.parts)} parts)"
         return f"Compound({', '.join(repr(shape) for shape, _, _ in self.parts)})"
 
 

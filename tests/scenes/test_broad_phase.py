@@ -61,6 +61,16 @@ def test_of_bodies_that_are_still_only_the_pairs_with_others_are_found(d, sizes,
         assert found == every and (share == 1.0) == (len(every) == 0)
 
 
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("unbounded", [(), (3,), (290,)])
+def test_of_what_is_still_only_what_is_near_others_is_looked_at(d, unbounded):
+    rng = np.random.default_rng(d)
+    half, centre = rng.uniform(0.5, 2.0, (300, d)), rng.uniform(-1, 1, (300, d)) * 300 ** (1 / d)
+    centre[280:] *= 0.2
+    found, every = found_and_all(centre - half, centre + half, unbounded=unbounded, still=range(280))
+    assert found == every and len(every) > 20
+
+
 def test_boxes_that_only_touch_and_points_are_pairs():
     lo = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 1.0), (5.0, 5.0)])
     found, every = found_and_all(lo, lo + [[1.0], [1.0], [0.0], [0.0], [0.0]])

@@ -165,12 +165,23 @@ def sum_up(asleep):
 
 
 @kernel
-def mark_guides(bodies, is_any_asleep):
-    """What impulses do not move is still while it stands, where something sleeps beside it."""
+def mark_guides(bodies, shapes, is_any_asleep):
+    """What impulses do not move is still while it stands, where something sleeps or most shapes are of its kind: these
+    are not compared with one another then."""
     motion = bodies.motion
+    is_spared = is_any_asleep or is_mostly_guided(motion, shapes)
     for b in range(motion.moves.shape[0]):
         if motion.moves[b] == 0:
-            motion.still[b] = 1 if is_any_asleep and stands(bodies, b) else 0
+            motion.still[b] = 1 if is_spared and stands(bodies, b) else 0
+
+
+@kernel
+def is_mostly_guided(motion, shapes):
+    """Whether more than half of the shapes are of bodies that impulses do not move."""
+    n_s, n = shapes.body.shape[0], 0
+    for s in range(n_s):
+        n += 1 - motion.moves[shapes.body[s]]
+    return 2 * n > n_s
 
 
 @kernel

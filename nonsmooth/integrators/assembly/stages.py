@@ -216,7 +216,7 @@ def begin(progress, places, d):
     bodies, asleep = view(places.bodies, Bodies), view(places.asleep, Asleep)
     if asleep.count > 0 and progress.dt != asleep.dt:
         wake_all(bodies, view(places.contacts, Contacts), asleep, (progress.dt, d))
-    mark_guides(bodies, asleep.count > 0)
+    mark_guides(bodies, view(places.shapes, Shapes), asleep.count > 0)
 
 
 @in_dimensions("void(int64, float64)")

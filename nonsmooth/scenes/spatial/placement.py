@@ -79,6 +79,7 @@ class SpatialScratch(Block, d=3):
 
     centre: Array[Floats, "n_s", "3"]  # [m]
     axis: Array[Floats, "n_s", "3", "3"]  # a row an axis of the shape, in the world
+    placed: Array[Floats, "n_s", "7"]  # x of the body that it was placed for
     grid: Grid
     manifold: Manifold
     axes: SeparatingAxes
@@ -102,13 +103,24 @@ def place_shapes(shapes, motion, dt, margin, scratch):
     """Bring all shapes to where their bodies are."""
     for s in range(shapes.body.shape[0]):
         b = shapes.body[s]
-        place_shape(shapes, motion, scratch, s, b)
+        if motion.moves[b] == 1 or is_elsewhere(motion, scratch, s, b):
+            place_shape(shapes, motion, scratch, s, b)
         if shapes.kind[s] == HALF_SPACE:
             scratch.grid.level[s] = -1
             bound_half_space(motion, dt, margin, scratch, s, b)
         else:
             scratch.grid.level[s] = 0
             bound(shapes, motion, dt, margin, scratch, s, b)
+
+
+@kernel
+def is_elsewhere(motion, scratch, s, b):
+    """Whether the body of a shape is not where it was when the shape was placed; write down where it is."""
+    x, placed, is_new = motion.x, scratch.placed, False
+    for k in range(7):
+        is_new = is_new or placed[s, k] != x[b, k]
+        placed[s, k] = x[b, k]
+    return is_new
 
 
 @kernel
