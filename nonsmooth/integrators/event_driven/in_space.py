@@ -10,7 +10,7 @@ from typing import Any
 
 from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.event_driven.loop import NEARLY_SINGULAR, ONE_FLIGHT, take_state, write_gaps
+from nonsmooth.integrators.event_driven.loop import NEARLY_SINGULAR, ONE_FLIGHT, take_state, write_gaps, write_start
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.event_driven.space_motion import (
     FORCELESS,
@@ -31,7 +31,6 @@ from nonsmooth.integrators.radau.located import (
     CHANGE_MODES,
     FILL_HEADER,
     Located,
-    append_row,
     write_state,
 )
 from nonsmooth.integrators.radau.method import radau_accept, radau_restart, radau_shorten, radau_step
@@ -104,7 +103,7 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
     scratch.first_step = ONE_FLIGHT * c.numbers.flight
     if status != Status.RUNNING:
         if is_start and write_gaps(sys, t, ode.x, c):
-            write_start(t, state, record, scratch)
+            write_start(t, c.u_0, state, record, scratch)
         return status
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
@@ -117,23 +116,10 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
         state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
     status = space_rates(sys_at, address(c), t, ode.x, ode.f)
     if is_start:
-        write_start(t, state, record, scratch)
+        write_start(t, c.u_0, state, record, scratch)
     if every > 0 and has_jumped:
         write_state(sys, t, ode.x, False, state, record, scratch)
     return status
-
-
-@kernel
-def write_start(t, state, record, scratch):
-    """Write the row of the start: the velocities before an impact there, and nothing in the quadratures yet."""
-    x, x_0, n = scratch.ode.x, scratch.events.x, state.q.shape[0]
-    for i in range(x.shape[0]):
-        x_0[i] = x[i] if i <= 2 * n else 0.0
-    for j in range(n):
-        x_0[n + j] = scratch.contacts.u_0[j]
-    take_state(t, x_0, state, scratch)
-    append_row(t, x_0, state, record, scratch)
-    record.counts.next = 1
 
 
 @kernel(FILL_HEADER, short_loops=True)

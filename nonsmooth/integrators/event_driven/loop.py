@@ -117,7 +117,7 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
         scratch.first_step = ONE_FLIGHT * contacts.numbers.flight
     if status != Status.RUNNING:
         if is_start and write_gaps(sys, t, ode.x, contacts):
-            write_start(t, state, record, scratch)
+            write_start(t, scratch.touch.u_0, state, record, scratch)
         return status
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
@@ -140,7 +140,7 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
         if status == Status.RUNNING and slides_alone(sys, i, contacts):
             note_several(sys, t, i, enters and i == event // N_FUNCTIONS, state, contacts)
     if is_start:
-        write_start(t, state, record, scratch)
+        write_start(t, scratch.touch.u_0, state, record, scratch)
     if every > 0 and has_jumped:
         write_state(sys, t, ode.x, False, state, record, scratch)
     return status
@@ -169,13 +169,13 @@ def write_gaps(sys, t, x, contacts):
 
 
 @kernel
-def write_start(t, state, record, scratch):
+def write_start(t, u_0, state, record, scratch):
     """Write the row of the start: the velocities before an impact there, and nothing in the quadratures yet."""
     x, x_0, n, n_c = scratch.ode.x, scratch.events.x, state.q.shape[0], state.mode.shape[0]
     for i in range(x.shape[0]):
         x_0[i] = x[i] if i < 2 * n + n_c else 0.0
     for j in range(n):
-        x_0[n + j] = scratch.touch.u_0[j]
+        x_0[n + j] = u_0[j]
     take_state(t, x_0, state, scratch)
     append_row(t, x_0, state, record, scratch)
     record.counts.next = 1
