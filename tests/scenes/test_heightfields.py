@@ -99,8 +99,8 @@ def test_a_ball_in_a_hollow_tends_to_its_energy_with_the_cells():
 
 
 @pytest.mark.parametrize("slope", [(-0.5, 0.4), (0.2, -0.3)])
-def test_a_box_on_a_slope_is_not_caught(slope):
-    """A corner may miss a step at a seam, by 2e-4 m at the worst of 37 slopes and directions."""
+def test_a_box_on_a_slope_slides_as_on_a_plane(slope):
+    """Over the points too at which six tiles meet, where the sides of tiles are nearer than their gaps."""
     x = np.linspace(-0.5 * LENGTH, 0.5 * LENGTH, N + 1)
     ground = ns.heightfield(slope[0] * x + slope[1] * x[:, None], (LENGTH, LENGTH))
     up = np.array([-slope[0], -slope[1], 1.0]) / np.hypot(1.0, np.hypot(*slope))
@@ -110,7 +110,7 @@ def test_a_box_on_a_slope_is_not_caught(slope):
     for speed in (1.3, -2.0):
         state = {"position": place, "velocity": speed * along, "turn": lean / np.linalg.norm(lean)}
         scenes = scenes_of(slope, ground, ns.HalfSpace(up), 3)
-        assert parted(scenes, ns.Box(0.2, 0.15, 0.1), 2.3e-3, **state) <= 1e-3
+        assert parted(scenes, ns.Box(0.2, 0.15, 0.1), 2.3e-3, **state) <= SAME
 
 
 def test_pieces_go_through_all_heights_and_down_to_the_base():

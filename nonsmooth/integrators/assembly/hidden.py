@@ -87,11 +87,13 @@ def leave_out_hidden(shapes_at, motion_at, joints_at, links_at, found_at, n):
 @kernel
 def sort_in(found, n):
     """Put contact n in its place by its key among those before it, which are in order; how many there are then: one
-    corner of a body on a seam is one contact."""
+    corner of a body on a seam is one contact, the nearer one: the other may be with the side of the next tile."""
     at = n
     while at > 0 and found.key[at - 1] > found.key[n]:
         at -= 1
     if at > 0 and found.key[at - 1] == found.key[n]:
+        if found.gap[n] < found.gap[at - 1]:
+            exchange_found(found, n, at - 1)
         return n
     for c in range(n, at, -1):
         exchange_found(found, c, c - 1)
@@ -161,6 +163,8 @@ def is_behind(shapes, motion, links, found, c, a, b):
         if is_round(shapes, a):
             return True  # it is over the face of the other shape
         if turn_to_face(shapes, x, found, c, a, b, f):
+            if is_between(shapes, motion, links, found, c, a, b, f):
+                return True
             number_as_one(shapes, motion, links, found, c, a, b, f)
             return False
     if moves_a == 0:
@@ -181,6 +185,15 @@ def is_behind(shapes, motion, links, found, c, a, b):
         if is_ball(shapes, a, found.normal.shape[1]) and moves_b + motion.moves[shapes.body[s]] == 0 and s < b:
             return True  # the same point of a ridge, which s has
     return False
+
+
+@kernel
+def is_between(shapes, motion, links, found, c, a, b, f):
+    """Whether face f of shape b, which a corner of a is turned to, is covered there: a corner that goes over the seam
+    of two tiles is nearer to the edge of the one it leaves than to the face below that edge."""
+    _, p = side_of(found, c, b)
+    n = list_near(shapes, motion, links, a, b, (p, FLUSH), False)
+    return n > 0 and is_covered(shapes, motion.x, links, (n, FLUSH), b, f, to_shape(shapes, motion.x, b, p))
 
 
 @kernel
