@@ -489,3 +489,14 @@ def test_methods_that_do_not_hold_joints_with_axes_say_so():
         scene.system()
     for integrator in (ns.Adaptive(), "auto"):
         assert ns.simulate(scene, (0, 0.1), integrator=integrator).success
+
+
+def test_who_asks_for_a_joint_among_the_bodies_hears_where_it_is():
+    scene = ns.Scene(gravity=(0, -9.81))
+    scene.fixed(ns.Disc(0.01), name="wall")
+    scene.body(ns.Disc(0.1), mass=1.0, position=(1, 0), name="bob")
+    scene.hinge("wall", "bob", at=(0, 0), name="pin")
+    sol = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+    with pytest.raises(ns.InvalidInput, match=r"pin is a joint; sol.joint\('pin'\) has what it did"):
+        sol["pin"]
+    assert sol.joint("pin").angle[-1] < 0.0
