@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_non_negative, as_positive
+from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
@@ -72,7 +72,7 @@ class VibratingFeeder:
         for name, unit in (("a", "m"), ("w", "rad/s"), ("g", "m/s^2")):
             as_positive(name, getattr(self, name), unit)
         as_non_negative("mu", self.mu)
-        if not 0.0 <= self.beta < UPRIGHT:
+        if not 0.0 <= as_number("beta", self.beta, "rad") < UPRIGHT:
             raise InvalidInput(f"beta must be in [0, pi/2) rad; got {self.beta:g}")
 
     def scene(self) -> Scene:
