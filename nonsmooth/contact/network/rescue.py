@@ -82,7 +82,8 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
     bodies = bodies_of(network, k)
     if bodies <= EXACT_BODIES:
         islands.factors[k] += solve_whole(network, k, goal, STARTS_OF_FEW)
-    is_wide = bodies <= EXACT_BODIES or patience.left[OTHER_STARTS] == 0
+    is_tried = bodies <= EXACT_BODIES or are_very_unlike(network, k)  # from every start, whatever came of it
+    is_wide = is_tried or patience.left[OTHER_STARTS] == 0
     if not islands.residual[k] <= goal:
         starts = PRESSED_STARTS[network.b.shape[1]]
         islands.factors[k] += solve_pressed(network, k, goal, starts if is_wide else starts[:1])
@@ -91,7 +92,7 @@ def go_inside(network: Network, solver: Solver, k: int, tol: float) -> None:
     islands.rung[k] = BY_INTERIOR
     is_met = bool(islands.residual[k] <= goal)
     interpreted(note_outcome)(patience, INTERIOR, is_met or islands.residual[k] <= WORTH_IT * before, 0, 1)
-    if is_wide and bodies > EXACT_BODIES:
+    if is_wide and not is_tried:
         interpreted(note_outcome)(patience, OTHER_STARTS, is_met, 0, 1)
 
 

@@ -136,12 +136,11 @@ def with_lines(bodies: tuple[Body, ...], scene: scenes.Scene | None, centres: np
 def lines_of_joints(bodies: Sequence[Body], scene: scenes.Scene, centres: np.ndarray) -> list[list[np.ndarray]]:
     """Axes and limits of the joints that go with each body, about its centre of mass; half as long as a usual body
     reaches."""
-    pairs = list(zip(bodies, scene.bodies, strict=True))
-    reach = [reach_of(drawn) for drawn, body in pairs if body.kind is scenes.Kind.DYNAMIC]
+    had = scene.bodies[: len(bodies)]  # a scene may have grown since its run
+    joints = [joint for joint in scene.joints if max(joint.a.index, joint.b.index) < len(had)]
+    reach = [reach_of(drawn) for drawn, body in zip(bodies, had, strict=True) if body.kind is scenes.Kind.DYNAMIC]
     size = AXIS_REACH * float(np.median(reach)) if reach else 0.0
-    return [
-        [line - centres[body.index] for line in lines_on(body, scene.joints, scene.dim, size)] for body in scene.bodies
-    ]
+    return [[line - centres[body.index] for line in lines_on(body, joints, scene.dim, size)] for body in had]
 
 
 def reach_of(body: Body) -> float:
