@@ -194,8 +194,10 @@ class KeptResults:
         return str(self._cache_file.path)
 
 
-# defined: what the linker knows once numba is imported: LLVM's own operations, Python, our slots, the C library
-KNOWN_SYMBOLS = re.compile(r"llvm\.|_?Py|nonsmooth\.|(sin|cos|tan|exp|log|pow|sqrt|fmod|atan2?|frexp|ldexp)$")
+# defined: what the linker knows without numba: LLVM's own operations, Python, our slots, the C library
+KNOWN_SYMBOLS = re.compile(
+    r"llvm\.|_?Py|nonsmooth\.|(a?(sin|cos|tan)h?|atan2|exp(m1)?|log(1p)?|pow|sqrt|hypot|erfc?|fmod|frexp|ldexp)$"
+)
 HELPERS = {f"numba_{name}" for name in vars(_helperlib)["c_helpers"]}  # defined: numba's own, known as well
 
 

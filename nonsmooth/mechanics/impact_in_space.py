@@ -277,15 +277,13 @@ def lose(h):
 @kernel
 def turns_into_paradox(P_N, h):
     """Whether a normal impulse turns the slide before the impact, as it turns at first, to p < 0 before it stops it."""
-    v = math.sqrt(h.before[1] * h.before[1] + h.before[2] * h.before[2])
-    size = h.mu * math.sqrt(h.G[0, 1] * h.G[0, 1] + h.G[0, 2] * h.G[0, 2])
+    v, size = math.hypot(h.before[1], h.before[2]), h.mu * math.hypot(h.G[0, 1], h.G[0, 2])
     if size <= h.G[0, 0]:  # p > 0 in all directions
         return False
     turned, grown = turning(math.atan2(h.before[2], h.before[1]), h)
     across = h.G[0, 2] * h.before[1] - h.G[0, 1] * h.before[2]
     along = h.G[0, 1] * h.before[1] + h.G[0, 2] * h.before[2]
-    edge = math.atan2(math.sqrt(size * size - h.G[0, 0] * h.G[0, 0]), h.G[0, 0])  # where p = 0
-    angle = abs(math.atan2(across, along)) - edge
+    angle = abs(math.atan2(across, along)) - math.acos(h.G[0, 0] / size)  # to p = 0
     P = angle * v / abs(turned) if across * turned > 0.0 and angle > 0.0 else math.inf
     return P < P_N and -P * grown < v
 

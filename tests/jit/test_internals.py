@@ -137,6 +137,7 @@ def test_code_that_returns_nothing_stands_alone():
 
 
 RUN = """
+import math
 import sys
 import numpy as np
 import nonsmooth as ns
@@ -151,7 +152,10 @@ def force(t, q, u, p, h):
     h[0] = np.dot(a, a) + numbers[1] + hash((2.0, 3))
 
 def simple(t, q, u, p, h):
-    h[0] = -np.sin(q[0]) * 9.81
+    x = 0.1 * q[0]
+    h[0] = -np.sin(q[0]) * 9.81 + math.acos(x) + math.asin(x) + math.atan(x) + math.atan2(x, 1.0) + math.hypot(x, 1.0)
+    h[0] += math.sinh(x) + math.cosh(x) + math.tanh(x) + math.asinh(x) + math.acosh(1.0 + x) + math.atanh(x)
+    h[0] += math.exp(x) + math.expm1(x) + math.log(x) + math.log1p(x) + math.sqrt(x) + math.erf(x) + math.erfc(x)
 
 saved = []
 save = CodeFile.save
