@@ -14,7 +14,6 @@ Source: Baraff, *SIGGRAPH 1996*, 137 (linear-time dynamics with Lagrange multipl
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.al_newton import copy_impulses, judge_island
@@ -23,6 +22,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import BY_FACTORS, ROUNDED
 from nonsmooth.jit import in_dimensions, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.numerics.dense import cholesky, cholesky_solve
 
 MOST_CORRECTIONS = 3  # chosen: one, and refinements of its roundings
 LEAST_PIVOT = 1e-12  # chosen: of the diagonal, below which rows of a joint say one thing twice
@@ -40,7 +40,7 @@ class Tree(Block):
     mixed: Array[Ints, "n_b"]  # their first blocks, by exclusive or: that of the last one
     blocks: Array[Ints, "m"]  # of rows that a joint has, at the first of them
     before: Array[Floats, "m", "d"]  # the impulses at the start
-    A: Array[Floats, "n_b", "n", "n"]  # factors of Cholesky
+    A: Array[Floats, "n_b", "n", "n"]  # L, with 1/D on its diagonal (numerics/dense.py)
     S: Array[Floats, "n_b", "6", "6"]
     beta: Array[Floats, "n_b", "6"]
     rate: Array[Floats, "n_b", "6"]
@@ -107,7 +107,7 @@ def put_in_order(network, tree, k):
             continue
         c = tree.by[body] = tree.mixed[body]
         tree.degree[body] = 0
-        other = network.i[c] if network.j[c] == body else network.j[c]
+        other = other_of(network, c, body)
         if islands.of[other] == k:
             tree.degree[other] -= 1
             tree.mixed[other] ^= c
@@ -167,7 +167,7 @@ def factorise_tree(network, tree, k, d, n):
                 tree.A[body, x, y] = network.M[body, x, y]
     for at in range(begin, end):
         body = tree.order[at]
-        if not factorise(tree.A, body, n, 0.0):
+        if not cholesky(n, n - 1, tree.A[body], tree.A[body]):
             return False
         c = tree.by[body]
         if c == WITHOUT_JOINT:
@@ -177,18 +177,30 @@ def factorise_tree(network, tree, k, d, n):
         for row in range(rows):  # S = J A^-1 J^T, with dv as the room for A^-1 J^T
             for x in range(n):
                 tree.dv[body, x] = J[c + row // d, row % d, x]
-            back_substitute(tree.A, body, n, tree.dv)
+            cholesky_solve(n, n - 1, tree.A[body], tree.dv[body])
             for other in range(rows):
                 total = 0.0
                 for x in range(n):
                     total += J[c + other // d, other % d, x] * tree.dv[body, x]
                 tree.S[body, row, other] = total
-        for row in range(rows):
-            if tree.S[body, row, row] == 0.0:
-                tree.S[body, row, row] = 1.0  # a row that the block does not use
-        if not factorise(tree.S, body, rows, LEAST_PIVOT):
+        if not factorise_rows(tree.S[body], tree.beta[body], rows):
             return False
         add_to_parent(network, tree, k, body, c, rows, d, n)
+    return True
+
+
+@kernel
+def factorise_rows(S, diagonal, rows):
+    """The factor of S, with 1 for a row that a block does not use; False where rows say one thing twice."""
+    for row in range(rows):
+        if S[row, row] == 0.0:
+            S[row, row] = 1.0
+        diagonal[row] = S[row, row]
+    if not cholesky(rows, rows - 1, S, S):
+        return False
+    for row in range(rows):
+        if S[row, row] * LEAST_PIVOT * diagonal[row] >= 1.0:  # S holds the inverse of the pivot
+            return False
     return True
 
 
@@ -202,7 +214,7 @@ def add_to_parent(network, tree, k, body, c, rows, d, n):
     for x in range(n):
         for row in range(rows):
             tree.beta[body, row] = J[c + row // d, row % d, x]
-        back_substitute(tree.S, body, rows, tree.beta)
+        cholesky_solve(rows, rows - 1, tree.S[body], tree.beta[body])
         for y in range(n):
             total = 0.0
             for row in range(rows):
@@ -231,12 +243,9 @@ def gather(network, tree, body, d, n):
         return
     for x in range(n):
         tree.dv[body, x] = tree.f[body, x]
-    back_substitute(tree.A, body, n, tree.dv)
-    rows, J, parent = (
-        d * tree.blocks[c],
-        (network.J_i if network.i[c] == body else network.J_j),
-        other_of(network, c, body),
-    )
+    cholesky_solve(n, n - 1, tree.A[body], tree.dv[body])
+    rows, parent = d * tree.blocks[c], other_of(network, c, body)
+    J = network.J_i if network.i[c] == body else network.J_j
     for row in range(rows):
         block, a = c + row // d, row % d
         gamma = network.b[block, a]
@@ -245,7 +254,7 @@ def gather(network, tree, body, d, n):
             gamma += network.J_j[block, a, x] * network.v[network.j[c], x]
             gamma += J[block, a, x] * tree.dv[body, x]
         tree.beta[body, row] = gamma
-    back_substitute(tree.S, body, rows, tree.beta)
+    cholesky_solve(rows, rows - 1, tree.S[body], tree.beta[body])
     of_parent = network.J_i if network.i[c] == parent else network.J_j
     for row in range(rows):
         for x in range(n):
@@ -257,17 +266,15 @@ def scatter(network, tree, body, d, n):
     """dP of the joint of a body, whose parent has dv, and its dv."""
     c = tree.by[body]
     if c != WITHOUT_JOINT:
-        rows, J, parent = (
-            d * tree.blocks[c],
-            (network.J_i if network.i[c] == body else network.J_j),
-            other_of(network, c, body),
-        )
-        of_parent, is_moved = (network.J_i if network.i[c] == parent else network.J_j), network.islands.of[parent] >= 0
+        rows, parent = d * tree.blocks[c], other_of(network, c, body)
+        J = network.J_i if network.i[c] == body else network.J_j
+        of_parent = network.J_i if network.i[c] == parent else network.J_j
+        is_moved = network.islands.of[parent] >= 0
         for row in range(rows):
             tree.rate[body, row] = 0.0
             for x in range(n):
                 tree.rate[body, row] += of_parent[c + row // d, row % d, x] * tree.dv[parent, x] if is_moved else 0.0
-        back_substitute(tree.S, body, rows, tree.rate)
+        cholesky_solve(rows, rows - 1, tree.S[body], tree.rate[body])
         for row in range(rows):
             impulse = -tree.beta[body, row] - tree.rate[body, row]
             network.P[c + row // d, row % d] += impulse
@@ -275,34 +282,4 @@ def scatter(network, tree, body, d, n):
                 tree.f[body, x] += J[c + row // d, row % d, x] * impulse
     for x in range(n):
         tree.dv[body, x] = tree.f[body, x]
-    back_substitute(tree.A, body, n, tree.dv)
-
-
-@kernel
-def factorise(A, body, n, least):
-    """The factor L of A[body] = L L^T, in its lower triangle; False where a pivot is below a part of its diagonal."""
-    for x in range(n):
-        for y in range(x + 1):
-            total = A[body, x, y]
-            for z in range(y):
-                total -= A[body, x, z] * A[body, y, z]
-            if x > y:
-                A[body, x, y] = total / A[body, y, y]
-            elif total > least * A[body, x, x]:
-                A[body, x, x] = sqrt(total)
-            else:
-                return False
-    return True
-
-
-@kernel
-def back_substitute(L, body, n, b):
-    """b[body] <- A^-1 b[body], of a factor."""
-    for x in range(n):
-        for y in range(x):
-            b[body, x] -= L[body, x, y] * b[body, y]
-        b[body, x] /= L[body, x, x]
-    for x in range(n - 1, -1, -1):
-        for y in range(x + 1, n):
-            b[body, x] -= L[body, y, x] * b[body, y]
-        b[body, x] /= L[body, x, x]
+    cholesky_solve(n, n - 1, tree.A[body], tree.dv[body])
