@@ -15,7 +15,7 @@ Joints are eliminated first: G and the free velocities are those of contacts who
 
     G <- G - G_j G_jj^-1 G_j^T,    gamma <- gamma - G_j G_jj^-1 gamma_j
 
-pivot by pivot; a row that others say already has none. So one joint makes several bodies one, as a weld does.
+pivot by pivot; a row that others say already has none. A weld thus makes one body of two.
 
 In space the direction of a slide is one of many: islands of which a touching contact does not slide fast enough are not
 asked. Neither are islands with compliant contacts, springs, motors, friction in joints or limits that are reached,
@@ -96,15 +96,12 @@ def is_doubtful(network, touching, doubts, d, n):
     if touching == 1:
         return is_one_doubtful(network, doubts)
     doubts.slides = 1 if do_all_slide(touching, doubts) else 0
-    if doubts.joints > 0:
-        if doubts.slides == 0 and touching > FEW_TURNING:
-            return False
-        take_held(network, touching, doubts, d)
-        return has_negative_minor(network, touching, doubts)
-    if doubts.slides == 1:
-        write_slides(network, touching, doubts, d, n)
-    elif touching > FEW_TURNING:
+    if doubts.slides == 0 and touching > FEW_TURNING:
         return False
+    if doubts.joints > 0:
+        take_held(network, touching, doubts, d)
+    elif doubts.slides == 1:
+        write_slides(network, touching, doubts, d, n)
     else:
         write_matrix(network, touching, doubts, n)
     return has_negative_minor(network, touching, doubts)
