@@ -1,4 +1,4 @@
-"""``python -m benchmarks chain [quick]``: chains of links that fall, beside MuJoCo, as a page.
+"""``python -m benchmarks chain [quick]``: chains of links that fall, and those of MuJoCo, as a page.
 
     python -m benchmarks chain > docs/benchmarks/chain.md
 

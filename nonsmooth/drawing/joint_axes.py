@@ -25,9 +25,8 @@ OPEN_ARC = 0.25 * math.pi  # chosen: of an angle without a limit on one side, th
 
 def joint_axes(solution: SceneSolution, here: Sequence[np.ndarray], size: float) -> list[np.ndarray]:
     """The two ends (2, d) of each axis, with the bodies at places (n_b, n_x), in a picture of a size [m]."""
-    joints = [] if solution.scene is None else solution.scene.joints
-    lines = [(joint, joint.axis) for joint in joints if has_axis(joint, solution.dim)]
-    lines += [(joint, joint.axes_b[0]) for joint in joints if joint.kind == "universal"]
+    lines = [(joint, joint.axis) for joint in solution.joints if has_axis(joint, solution.dim)]
+    lines += [(joint, joint.axes_b[0]) for joint in solution.joints if joint.kind == "universal"]
     return [line_of_axis(joint, axis, here, AXIS_SHARE * size) for joint, axis in lines]
 
 

@@ -29,10 +29,8 @@ SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 5.0, 2.5, 7.0  # chosen: of a figure [in]
 WIDE_SCENE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
 INSTANTS_IN_ROW = (3, 2, 4)  # chosen: of instants, the first that leaves the fewest places empty
 BODIES_DRAWN, FEWEST_FRAMES = 60_000, 60  # chosen: of an animation: bodies in all frames, some 0.2 ms each, and frames
-NARROW_SCENE, MOST_TICKS_OF_NARROW = (
-    0.2,
-    3,
-)  # chosen: [m]: numbers of a narrower picture are long
+NARROW_SCENE = 0.2  # chosen: width of a picture below which the numbers on its axis are long [m]
+MOST_TICKS_OF_NARROW = 3  # chosen: numbers that there is room for then
 JOINT_SIZE = 2.5  # chosen: of the circle of a joint [pt]
 
 
@@ -192,7 +190,7 @@ def draw_bodies(
 
 def draw_joints(axes: Any, solution: SceneSolution, record: int, size: float) -> None:
     """Draw a small circle at each joint, where it is on the body that moves, and its axis; size is the picture's."""
-    joints = [] if solution.scene is None else [joint for joint in solution.scene.joints if not joint.is_tie]
+    joints = [joint for joint in solution.joints if not joint.is_tie]
     if not joints:
         return
     here, points = places(solution, record), []

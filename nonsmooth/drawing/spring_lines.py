@@ -23,7 +23,7 @@ def spring_lines(solution: SceneSolution, record: int) -> list[np.ndarray]:
 
 def rope_lines(solution: SceneSolution, record: int) -> list[np.ndarray]:
     """The two ends (2, d) of each rope, and of each distance that is held, at a record."""
-    ties = [] if solution.scene is None else [joint for joint in solution.scene.joints if joint.is_tie]
+    ties = [joint for joint in solution.joints if joint.is_tie]
     ends = [((joint.a, joint.at), (joint.b, joint.at_b)) for joint in ties]
     return [np.array([end_of(solution, body, at)[0][record] for body, at in pair]) for pair in ends]
 

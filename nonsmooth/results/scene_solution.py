@@ -30,7 +30,7 @@ from nonsmooth.views import view
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nonsmooth.scenes.elements import Body
+    from nonsmooth.scenes.elements import Body, Joint
     from nonsmooth.scenes.scene import Scene
 
 
@@ -192,8 +192,7 @@ class SceneSolution(RecordsOfScene):
         """(m, n_b) which bodies an impact reaches in each step."""
         every, kinds = self.all_contacts, [body.kind for body in self.bodies]
         moves = np.array([kind is Kind.DYNAMIC for kind in kinds])
-        joints = self.scene.joints if self.scene is not None else ()
-        joined = np.array([(joint.a.index, joint.b.index) for joint in joints], np.int64).reshape(-1, 2)
+        joined = np.array([(joint.a.index, joint.b.index) for joint in self.joints], np.int64).reshape(-1, 2)
         is_loaded = (every.P * every.normal).sum(axis=1) > 0.0
         pairs = np.stack((every.i, every.j), axis=1)
         of_records = [
@@ -236,6 +235,11 @@ class SceneSolution(RecordsOfScene):
         if self.scene is None:
             raise InvalidInput("a run that was loaded has no shapes; give its scene: SceneSolution.load(path, scene)")
         return self.scene.bodies[: len(self.names)]
+
+    @property
+    def joints(self) -> list[Joint]:
+        """The joints that the scene had in the run; none where it was loaded without its scene."""
+        return [] if self.scene is None else self.scene.joints[: len(self.joint_names)]
 
     @property
     def q(self) -> np.ndarray:

@@ -348,6 +348,8 @@ def test_a_run_is_drawn_as_it_was_when_its_scene_has_grown(tmp_path):
     scene = hung()
     solution = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
     scene.body(ns.Disc(0.1), mass=1.0, position=(3, 3), name="later")
+    scene.hinge("rod", "later", at=(2, 3), limits=(-1, 1))
+    scene.hinge("hook", "rod", at=(2, 3), name="second")
     solution.picture(tmp_path / "run.png")
     solution.plot(tmp_path / "plot.png")
     solution.view(tmp_path / "run.html")

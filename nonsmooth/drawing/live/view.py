@@ -136,7 +136,9 @@ class LiveScene(LiveView):
         self.outlined = np.repeat(np.arange(len(outlines)), [len(outline) for outline in outlines])
         if not len(self.outlines):
             self.outlined = self.outlined[:0]
-        joints = [segments_of(lines) for lines in lines_of_joints(bodies, run.scene, run.centres)]
+        joints = [
+            segments_of(lines) for lines in lines_of_joints(bodies, run.scene.bodies, run.scene.joints, run.centres)
+        ]
         self.outlines = np.concatenate([self.outlines, *joints])
         self.outlined = np.concatenate([self.outlined, np.repeat(np.arange(len(joints)), list(map(len, joints)))])
 

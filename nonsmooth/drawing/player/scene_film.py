@@ -23,6 +23,7 @@ from nonsmooth.results.scene_contacts import SceneContacts
 from nonsmooth.results.spring_forces import end_of
 from nonsmooth.results.summary import worst_place
 from nonsmooth.scenes import scene as scenes
+from nonsmooth.scenes.elements import Joint
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, place_of, rotate
@@ -54,14 +55,14 @@ def film_of_scene(solution: SceneSolution) -> Film:
         When the solution was loaded without its scene.
     """
     bodies = tuple(body_of(body, solution.centres[body.index], solution.dim) for body in solution.bodies)
-    bodies = with_lines(bodies, solution.scene, solution.centres)
+    bodies = with_lines(bodies, solution)
     records = records_shown(solution)
     found = contacts_at(solution, records)
     start = starts(solution, records)
     number, names = numbered(found, start)
     spans = spans_of(solution, records)
     contacts = contacts_of(found, start, number, spans)
-    if solution.scene is not None and solution.scene.joints and CONTACTS in solution.recorded:
+    if solution.joints and CONTACTS in solution.recorded:
         contacts = with_joints(contacts, solution, records, spans, len(names))
         names = (*names, *solution.joint_names)
     return Film(
@@ -122,25 +123,26 @@ def body_of(body: scenes.Body, centre: np.ndarray, dim: int) -> Body:
     return Body(body.name, shapes, is_fixed, is_guided, words_of_material(body.material))
 
 
-def with_lines(bodies: tuple[Body, ...], scene: scenes.Scene | None, centres: np.ndarray) -> tuple[Body, ...]:
+def with_lines(bodies: tuple[Body, ...], solution: SceneSolution) -> tuple[Body, ...]:
     """The bodies with axes and limits of the joints, as lines that go with them."""
-    if scene is None or not scene.joints:
+    if not solution.joints:
         return bodies
-    lines = lines_of_joints(bodies, scene, centres)
+    lines = lines_of_joints(bodies, solution.bodies, solution.joints, solution.centres)
     return tuple(
         replace(body, shapes=(*body.shapes, *(Shape(ShapeKind.POLYLINE, line) for line in own)))
         for body, own in zip(bodies, lines, strict=True)
     )
 
 
-def lines_of_joints(bodies: Sequence[Body], scene: scenes.Scene, centres: np.ndarray) -> list[list[np.ndarray]]:
+def lines_of_joints(
+    drawn: Sequence[Body], bodies: Sequence[scenes.Body], joints: Sequence[Joint], centres: np.ndarray
+) -> list[list[np.ndarray]]:
     """Axes and limits of the joints that go with each body, about its centre of mass; half as long as a usual body
     reaches."""
-    had = scene.bodies[: len(bodies)]  # a scene may have grown since its run
-    joints = [joint for joint in scene.joints if max(joint.a.index, joint.b.index) < len(had)]
-    reach = [reach_of(drawn) for drawn, body in zip(bodies, had, strict=True) if body.kind is scenes.Kind.DYNAMIC]
-    size = AXIS_REACH * float(np.median(reach)) if reach else 0.0
-    return [[line - centres[body.index] for line in lines_on(body, joints, scene.dim, size)] for body in had]
+    pairs = zip(drawn, bodies, strict=True)
+    reach = [reach_of(shapes) for shapes, body in pairs if body.kind is scenes.Kind.DYNAMIC]
+    size, dim = AXIS_REACH * float(np.median(reach)) if reach else 0.0, centres.shape[1]
+    return [[line - centres[body.index] for line in lines_on(body, joints, dim, size)] for body in bodies]
 
 
 def reach_of(body: Body) -> float:
@@ -260,7 +262,7 @@ def with_joints(
 ) -> Contacts:
     """The contacts with the joints behind those of each frame: what they give to their second bodies, as forces along
     no surface; their numbers go on from ``first``."""
-    joints = solution.scene.joints  # type: ignore[union-attr]
+    joints = solution.joints
     ends = [end_of(solution, joint.b, joint.at_b if joint.is_tie else joint.at)[0][records] for joint in joints]
     point, P = np.stack(ends, axis=1), spans[:, None, None] * solution.joint_impulses[records]
     n_t, n_j, d = P.shape

@@ -1,4 +1,4 @@
-"""Event-driven integration of one contact with friction in two directions, beside the loop of radau/located.py.
+"""Event-driven integration of one contact with friction in two directions, for the loop of radau/located.py.
 
 The modes and their equations are in space_motion.py, how they change in space_switching.py.
 """
@@ -35,19 +35,11 @@ from nonsmooth.integrators.radau.located import (
 )
 from nonsmooth.integrators.radau.method import radau_accept, radau_restart, radau_shorten, radau_step
 from nonsmooth.integrators.radau.stages import Radau, newton
-from nonsmooth.integrators.records import (
-    CLOSURE,
-    N_FUNCTIONS,
-    N_WORKS,
-    Record,
-    State,
-)
+from nonsmooth.integrators.records import CLOSURE, N_FUNCTIONS, N_WORKS, Record, State
 from nonsmooth.jit import Kernel, kernel, rare_kernel
 from nonsmooth.jit.blocks import address, new, view
 from nonsmooth.mechanics.impact_in_space import collide_in_space
-from nonsmooth.mechanics.laws import (
-    LAW_E_F,
-)
+from nonsmooth.mechanics.laws import LAW_E_F
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import UNILATERAL, ContactMode, System
 
@@ -81,7 +73,7 @@ def accept_step(sys_at, t, state_at, scratch_at):
 
 @rare_kernel(CHANGE_MODES, short_loops=True)
 def change_modes(sys_at, every, state_at, record_at, scratch_at):
-    """Change the mode after the event that waits, and begin anew with the rates of the new one; returns a Status."""
+    """Change the mode after the event that waits, and begin with the rates of the new one; returns a Status."""
     sys, state = view(sys_at, Sys), view(state_at, State)
     record, scratch = view(record_at, Record), view(scratch_at, Scratch)
     ode, events, c = scratch.ode, scratch.events, scratch.contacts

@@ -43,11 +43,7 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem
 from nonsmooth.mechanics.contact_problem import Work, row_velocities
 from nonsmooth.mechanics.impact_in_space import Hodograph
-from nonsmooth.mechanics.laws import (
-    friction_coefficient,
-    is_no_friction,
-    static_coefficient,
-)
+from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction, static_coefficient
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
 from nonsmooth.numerics.rounding import rounded_sum

@@ -24,9 +24,7 @@ from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.penalty.rates import length_along
 from nonsmooth.integrators.penalty.switching import follow_slide, note_speed
 from nonsmooth.integrators.radau.events import NO_EVENT
-from nonsmooth.integrators.radau.located import (
-    AT_START,
-)
+from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import (
     CLOSURE,
     FRICTION,
