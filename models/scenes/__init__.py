@@ -36,6 +36,7 @@ SCENES = {
     "RollingWheel": "rolling_wheel",
     "ShoeBrake": "shoe_brake",
     "SlipToRoll": "slip_to_roll",
+    "SpatialFourBar": "spatial_four_bar",
     "SphereBox": "sphere_box",
     "TippeTop": "tippe_top",
     "TumblingBox": "tumbling_box",

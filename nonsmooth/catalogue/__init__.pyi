@@ -40,6 +40,7 @@ from models.scenes.rimless_wheel import RimlessWheel as RimlessWheel
 from models.scenes.rolling_wheel import RollingWheel as RollingWheel
 from models.scenes.shoe_brake import ShoeBrake as ShoeBrake
 from models.scenes.slip_to_roll import SlipToRoll as SlipToRoll
+from models.scenes.spatial_four_bar import SpatialFourBar as SpatialFourBar
 from models.scenes.sphere_box import SphereBox as SphereBox
 from models.scenes.tippe_top import TippeTop as TippeTop
 from models.scenes.tumbling_box import TumblingBox as TumblingBox

@@ -19,9 +19,11 @@ from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.selection import Selection
+from nonsmooth.integrators.assembly.bearings import Bearings
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces
 from nonsmooth.integrators.assembly.doubtful import Doubts
+from nonsmooth.integrators.assembly.drive_rows import Drives
 from nonsmooth.integrators.assembly.joint_rows import wrench_of
 from nonsmooth.integrators.assembly.joints import Joints, block_of
 from nonsmooth.integrators.assembly.planar import move_planar
@@ -56,6 +58,8 @@ class SceneInStep(Protocol):
     progress: Progress
     stages: Any
     joints: Joints
+    drives: Drives
+    bearings: Bearings
     dim: int
     selection: Selection
 

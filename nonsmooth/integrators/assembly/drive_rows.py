@@ -24,8 +24,8 @@ of the step before, whose row was another one: so no momentum of it is lost from
 The friction of a joint is a brake whose M is what the joint bears asks for (joint_friction.py): the problem is solved
 again until that is the one which it leads to, as friction laws are (stages.py). That of a ball has two tangents, the
 turns across what it bears. What a guide bears depends on its friction, where its body has its centre of mass aside: the
-limit goes to where the secant through the last two solutions says. Of a centre farther than h/(2 mu) aside friction
-makes more load than it needs, and a guide that moves may slide or jam: it does what its load of before leads to.
+limit goes to where the secant through the last two solutions says. Where friction makes more load than it needs, a
+machine that moves may have no motion, or several: those are found before (seized.py).
 
 Angles count as ways at the lever of the joint (joint_rows.py). In space an angle is known but for full turns, which are
 counted from step to step. Rows of drives stand between contacts and springs. In an impact motors and springs give no
@@ -284,25 +284,32 @@ def rub_joints(drives_at, bodies_at, found_at, network_at, dt, tol, sweeps):
     drives, bodies = view(drives_at, Drives), view(bodies_at, Bodies)
     found, network = view(found_at, Found), view(network_at, Network)
     has_changed = 0
-    for c in range(network.n_c - 1, -1, -1):
+    first_blocks(drives, found, network)
+    for c in range(network.n_c):
         key = found.key[c]
-        if key >= FIRST_JOINT:
-            drives.pin[(key >> FEATURE_BITS) & NO_SHAPE] = c
-        elif FIRST_DRIVE <= key < FIRST_SPRING and network.sprung[c] == PIN:
+        if FIRST_DRIVE <= key < FIRST_SPRING and network.sprung[c] == PIN:
             k = drive_of(drives, key)
             if drives.w[k, 0] == OFFSET:
-                load = drives.arm[k] * borne_by_guide(drives, bodies.motion.x, k, network) / dt
+                load = drives.arm[k] * borne(drives, bodies.motion.x, k, network) / dt
                 force = limit_to_try(drives, k, load, sweeps)
             elif is_ball_drive(drives, k):
                 has_changed |= turn_ball(drives, k, c, network, tol)
                 load = force = drives.arm[k] * size_of(network.P[drives.pin[drives.of[k]]]) / dt
             else:
-                load = force = drives.arm[k] * borne_by_pin(drives, bodies.motion.x, k, network) / dt
+                load = force = drives.arm[k] * borne(drives, bodies.motion.x, k, network) / dt
             if abs(load - drives.high[k]) > tol * max(load, drives.high[k]):
                 has_changed = 1
             drives.high[k] = force
             network.b[c, 0] = -network.soft[c] * force * dt
     return has_changed
+
+
+@kernel
+def first_blocks(drives, found, network):
+    """Note the first row block of each joint."""
+    for c in range(network.n_c - 1, -1, -1):
+        if found.key[c] >= FIRST_JOINT:
+            drives.pin[(found.key[c] >> FEATURE_BITS) & NO_SHAPE] = c
 
 
 @kernel
@@ -315,18 +322,52 @@ def size_of(P):
 
 
 @kernel
-def borne_by_pin(drives, x, k, network):
-    """The size of the impulse of the joint of drive k across its axis; the rows of its point are those of the world."""
-    c, d = drives.pin[drives.of[k]], network.b.shape[1]
-    if d == 2:
-        return size_of(network.P[c])
+def number_of_bearings(drives, k):
+    """In how many points the joint of drive k touches: a pin in one, a guide with a length in its two ends."""
+    return 2 if drives.w[k, 0] == OFFSET and drives.guide[k] > 0.0 else 1
+
+
+@kernel
+def borne(drives, x, k, network):
+    """The sum of the sizes of the impulses in the bearings of drive k."""
+    begin, d, total = drives.pin[drives.of[k]], network.b.shape[1], 0.0
+    blocks = d - 1 if drives.w[k, 0] == OFFSET else 1
+    for end in range(number_of_bearings(drives, k)):
+        R_0, R_1, R_2 = 0.0, 0.0, 0.0
+        for c in range(begin, begin + blocks):
+            for row in range(d):
+                of_0, of_1, of_2 = borne_of_row(drives, x, k, network, (c, row, end))
+                R_0 += of_0 * network.P[c, row]
+                R_1 += of_1 * network.P[c, row]
+                R_2 += of_2 * network.P[c, row]
+        total += sqrt(R_0 * R_0 + R_1 * R_1 + R_2 * R_2)
+    return total
+
+
+@kernel
+def borne_of_row(drives, x, k, network, at):
+    """What an end of the joint of drive k bears of a unit impulse of a row (c, row, end) of that joint: of a pin what
+    is across its axis, of a guide R/2 -+ M x e/h, a turn without R and a way without M. Rows of a point are those of
+    the world."""
+    c, row, end = at
+    J, d, h = network.J_j, network.b.shape[1], drives.guide[k]
+    R_0, R_1, R_2 = J[c, row, 0], J[c, row, 1], J[c, row, 2] if d == 3 else 0.0
     e = axis_at(x, drives.i[k], drives.axes_i, k, E_AXIS)
-    along = e[0] * network.P[c, 0] + e[1] * network.P[c, 1] + e[2] * network.P[c, 2]
-    square = 0.0
-    for a in range(3):
-        across = network.P[c, a] - along * e[a]
-        square += across * across
-    return sqrt(square)
+    if drives.w[k, 0] != OFFSET:
+        if c != drives.pin[drives.of[k]]:
+            return 0.0, 0.0, 0.0
+        along = e[0] * R_0 + e[1] * R_1 + e[2] * R_2 if d == 3 else 0.0
+        return R_0 - along * e[0], R_1 - along * e[1], R_2 - along * e[2]
+    if h == 0.0:
+        return R_0, R_1, R_2
+    if R_0 != 0.0 or R_1 != 0.0 or R_2 != 0.0:
+        return 0.5 * R_0, 0.5 * R_1, 0.5 * R_2
+    if d == 2:
+        m = cross(0.0, 0.0, J[c, row, 2], e[0], e[1], e[2])
+    else:
+        m = cross(J[c, row, 3], J[c, row, 4], J[c, row, 5], e[0], e[1], e[2])
+    side = -1.0 / h if end == 0 else 1.0 / h
+    return side * m[0], side * m[1], side * m[2]
 
 
 @kernel
@@ -341,47 +382,6 @@ def turn_ball(drives, k, c, network, tol):
         drives.across[k, a] = P[a] / size
     write_turns_across(network, c, drives.across[k], drives.lever[k])
     return 1 if way > tol else 0
-
-
-@kernel
-def borne_by_guide(drives, x, k, network):
-    """The sum of the sizes of the impulses in the ends of the guide of drive k, |R/2 + M x e/h| + |R/2 - M x e/h|."""
-    R, M = wrench_borne(network, drives.pin[drives.of[k]], network.b.shape[1])
-    size, h = sqrt(R[0] * R[0] + R[1] * R[1] + R[2] * R[2]), drives.guide[k]
-    if h == 0.0:
-        return size
-    e = axis_at(x, drives.i[k], drives.axes_i, k, E_AXIS)
-    m = cross(M[0], M[1], M[2], e[0], e[1], e[2])
-    total = 0.0
-    for sign in (-1.0, 1.0):
-        square = 0.0
-        for a in range(3):
-            N = 0.5 * R[a] + sign * m[a] / h
-            square += N * N
-        total += sqrt(square)
-    return total
-
-
-@kernel
-def wrench_borne(network, begin, d):
-    """Force and torque impulses of a slider on its second body, from block ``begin`` on; turns have no force."""
-    J, P = network.J_j, network.P
-    R_0, R_1, R_2, M_0, M_1, M_2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for c in range(begin, begin + d - 1):
-        for row in range(d):
-            n_2 = J[c, row, 2] if d == 3 else 0.0
-            if J[c, row, 0] == 0.0 and J[c, row, 1] == 0.0 and n_2 == 0.0:
-                if d == 2:
-                    M_2 += J[c, row, 2] * P[c, row]
-                else:
-                    M_0 += J[c, row, 3] * P[c, row]
-                    M_1 += J[c, row, 4] * P[c, row]
-                    M_2 += J[c, row, 5] * P[c, row]
-            else:
-                R_0 += J[c, row, 0] * P[c, row]
-                R_1 += J[c, row, 1] * P[c, row]
-                R_2 += n_2 * P[c, row]
-    return (R_0, R_1, R_2), (M_0, M_1, M_2)
 
 
 @kernel

@@ -81,24 +81,26 @@ def is_episode(paradoxes: Paradoxes, pair: int, step: int) -> bool:
 def write_event(assembly: SceneInStep, verdict: Verdict, members: np.ndarray, t: float, row: np.ndarray) -> None:
     """Write an event of some contacts of a pair: their impulses together, the rest of the first.
 
-    The tangent of a scene is that of its system (scenes/as_system.py) turned about, and so are the signs of sliding.
+    The tangent of a scene is that of its system (scenes/as_system.py) turned about, and so are the signs of sliding;
+    that of a joint is its coordinate.
     """
     network = assembly.network
     k, c = int(members[0]), int(verdict.contacts[members[0]])
     before, is_planar = verdict.before, assembly.dim == 2
+    sign = -1 if network.sprung[c] == 0 else 1
     P = assembly.contacts.P[verdict.contacts[members]]
     own = assembly.contacts.P[c]
     row[EVENT_T], row[EVENT_KIND], row[EVENT_CONTACT] = t, verdict.kind, c
-    row[EVENT_MODE_0], row[EVENT_SLIP_0] = before.mode[k], 0 - before.slip[k]
+    row[EVENT_MODE_0], row[EVENT_SLIP_0] = before.mode[k], sign * before.slip[k]
     row[EVENT_MODE_1], row[EVENT_SLIP_1] = ContactMode.OPEN, 0
     if own[0] > 0.0:
         is_limit = np.linalg.norm(own[1:]) >= network.mu[c] * own[0] * ON_THE_CONE
         slides = is_limit and np.linalg.norm(network.gamma[c, 1:]) > still_speed(assembly, verdict.contacts)
         row[EVENT_MODE_1] = ContactMode.SLIDE if slides else ContactMode.STICK
-        row[EVENT_SLIP_1] = np.sign(own[1]) if slides and is_planar else 0
+        row[EVENT_SLIP_1] = -sign * np.sign(own[1]) if slides and is_planar else 0
     row[EVENT_P_N], row[EVENT_GAMMA_N] = P[:, 0].sum(), before.gamma[k, 0]
     if is_planar:
-        row[EVENT_P_F], row[EVENT_GAMMA_F] = 0.0 - P[:, 1].sum(), 0.0 - before.gamma[k, 1]  # no -0.0
+        row[EVENT_P_F], row[EVENT_GAMMA_F] = sign * P[:, 1].sum() + 0.0, sign * before.gamma[k, 1] + 0.0  # no -0.0
     else:
         row[EVENT_P_F] = np.linalg.norm(P[:, 1:].sum(axis=0))
         row[EVENT_GAMMA_F] = np.linalg.norm(before.gamma[k, 1:])

@@ -59,6 +59,7 @@ class Places(Block):
     springs: int
     reactions: int
     drives: int
+    bearings: int
 
 
 class Counts(Block):

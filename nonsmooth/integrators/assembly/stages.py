@@ -15,6 +15,7 @@ from nonsmooth.contact.network.problem import Network, judge_network, prepare_ne
 from nonsmooth.contact.network.solve import Solver, solve_network
 from nonsmooth.contact.planar.ladder import SPEED_SWEEPS
 from nonsmooth.integrators.assembly.adhesion import book_pulls, pull_together
+from nonsmooth.integrators.assembly.bearings import find_doubtful_machine
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts
@@ -316,9 +317,14 @@ def prepare(places, d):
 
 @kernel
 def has_doubts(places, progress, d):
-    """Whether an island of few contacts may have no solution, or several."""
+    """Whether an island of few contacts, or a machine whose joints have friction, may have no solution, or several."""
     is_start = 1 if progress.counts.steps == 0 else 0
-    return find_doubtful(places.bodies, places.found, places.network, places.doubts, is_start, d) > 0
+    few = find_doubtful(places.bodies, places.found, places.network, places.doubts, is_start, d)
+    if progress.has_pins == 1 and few == 0:
+        few = 1 + find_doubtful_machine(
+            places.bodies, places.found, places.network, places.drives, places.bearings, 0, progress.dt, d
+        )
+    return few > 0
 
 
 @kernel

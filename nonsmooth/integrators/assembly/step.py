@@ -15,6 +15,7 @@ from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_netwo
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.integrators.assembly.adhesion import book_pulls, pull_together
+from nonsmooth.integrators.assembly.bearings import Bearings, find_doubtful_machine
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts
@@ -50,6 +51,7 @@ from nonsmooth.integrators.assembly.progress import (
 )
 from nonsmooth.integrators.assembly.project import HEAP, Moves, move_bodies
 from nonsmooth.integrators.assembly.rolling import limit_rolling, write_rolling
+from nonsmooth.integrators.assembly.seized import examine_machines
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
 from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_springs
@@ -103,6 +105,7 @@ PLACES = (
     "springs",
     "reactions",
     "drives",
+    "bearings",
 )
 
 # defined: blocks that a step takes something from that the step before left
@@ -186,7 +189,7 @@ class Assembly(InMotion):
         rare += (book_reactions,) if drives.count or joints.count else ()
         has_rolling = bool((surfaces.rolling > 0.0).any() or (surfaces.spinning > 0.0).any())
         rare += (write_rolling, limit_rolling) if has_rolling else ()
-        rare += (rub_joints,) if (drives.law == RUBS).any() else ()
+        rare += (rub_joints, find_doubtful_machine[self.dim]) if (drives.law == RUBS).any() else ()
         adheres = bool((surfaces.adhesion > 0.0).any())
         rare += (pull_together, book_pulls) if adheres else ()
         rare += (turn_to_grain,) if surfaces.has_grain else ()
@@ -216,6 +219,7 @@ class Assembly(InMotion):
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.desks = Desks(1)
         self.unsolved: Matrices | None = None  # what ends a run that is strict
+        self.bearings: Bearings = new(Bearings)
         self.doubts: Doubts = new(Doubts, n_b=len(bodies.mass))
         self.doubts.near = largest_closed_gap(bodies.motion.x[:, : self.dim])
         self.paradoxes, self.verdicts = new(Paradoxes), list[Verdict]()
@@ -245,7 +249,8 @@ class Assembly(InMotion):
                 tell(self, self.paradoxes, self.verdicts, self.examined)
                 self.verdicts = []
             if end == DOUBTFUL:
-                self.examined, self.verdicts = t + (int(progress.counts.steps) - first) * dt, examine(self)
+                self.examined = t + (int(progress.counts.steps) - first) * dt
+                self.verdicts = examine(self) + examine_machines(self)
                 progress.has_verdicts = len(self.verdicts) > 0
             elif end == EXAMINED:
                 continue
