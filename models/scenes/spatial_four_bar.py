@@ -170,9 +170,9 @@ class SpatialFourBar:
         ):
             scene.body(Sphere(self.r), mass=1.0, inertia=I * np.eye(3), position=at, spin=spin, name=name)
             friction = PinFriction(mu, self.r) if mu > 0.0 else None
-            scene.hinge(frame, name, at=at, axis=axis, friction=friction, name=name)
+            hinge = scene.hinge(frame, name, at=at, axis=axis, friction=friction, name=name)
+            if name == "crank" and self.T != 0.0:
+                hinge.motor(torque=self.T)
         scene.distance("crank", "follower", at_a=P, at_b=Q, name="rod")
-        if self.T != 0.0:
-            scene.force("crank", lambda t, bodies: ((0.0, 0.0, 0.0), (0.0, 0.0, self.T)))
         scene.ignore("frame", "crank", "follower")
         return scene
