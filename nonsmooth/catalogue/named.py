@@ -106,7 +106,7 @@ def _is_same(one: System, other: System) -> bool:
     if any(getattr(one, name) is not getattr(other, name) and getattr(one, name) != getattr(other, name)
            for name in names):  # fmt: skip
         return False
-    return list(one.parameter_values) == list(other.parameter_values)
+    return list(one.numbers) == list(other.numbers)
 
 
 def _plain_fields(model: Any) -> Named | None:

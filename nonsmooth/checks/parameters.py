@@ -29,6 +29,16 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
     return dict(_numbers("", parameters))
 
 
+def constant_fields(parameters: Any) -> tuple[str, ...]:
+    """The last fields of a class of parameters that it names as ``constants``: read as p, and no parameters."""
+    return tuple(getattr(type(parameters), "constants", ()))
+
+
+def field_of(name: str) -> str:
+    """The field that a number, as "spring.k" or "k[2]", is in."""
+    return name.partition(".")[0].partition("[")[0]
+
+
 def layout_of(parameters: Any) -> tuple:
     """What ``p`` is made of, (name, kind) by field: None for a float, the shape of an array, the layout of a part."""
     return tuple((name, _kind(value)) for name, value in _fields(parameters).items() if _is_numeric(value))

@@ -27,7 +27,7 @@ MOST_SYSTEMS = 32  # chosen: systems of models that are at work in turns
 def as_system(candidate: Any) -> System:
     """The system itself, or the one that a model builds with its ``system()`` method."""
     if isinstance(candidate, System):
-        is_as_given = numeric_fields(candidate.parameters) == candidate.parameter_values
+        is_as_given = numeric_fields(candidate.parameters) == candidate.numbers
         return candidate if is_as_given else _first_of(_Made(replace(candidate)))
     if isinstance(candidate, type):
         raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
@@ -77,7 +77,7 @@ class _Made:
     def __init__(self, system: System) -> None:
         self.system = system
         given = tuple(content_of(getattr(system, part.name)) for part in PARTS)
-        self._content = given, content_of(tuple(system.parameter_values.items()))
+        self._content = given, content_of(tuple(system.numbers.items()))
 
     def __hash__(self) -> int:
         return hash(self._content)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name, as_positive
-from nonsmooth.checks.parameters import layout_of, numeric_fields, with_changes
+from nonsmooth.checks.parameters import constant_fields, field_of, layout_of, numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.jit import Unpack, unpack_of
 from nonsmooth.jit.watch import Watch
@@ -211,7 +211,8 @@ class System:
         Each may have a name.
     parameters : NamedTuple or dataclass instance
         What the functions see as ``p``: every field that is a number, an array of numbers, or a NamedTuple or dataclass
-        of such. Within sweeps and ``with_parameters`` their numbers are called "mu", "k[0]", "spring.k".
+        of such. Within sweeps and ``with_parameters`` their numbers are called "mu", "k[0]", "spring.k". Fields that
+        the attribute ``constants`` of its class names, the last ones, are read in the same way and are no parameters.
     name : str
         For messages and titles.
     shape : callable, optional
@@ -380,14 +381,20 @@ class System:
         return found
 
     @functools.cached_property
-    def parameter_values(self) -> dict[str, float]:
-        """The numeric parameters by name."""
+    def numbers(self) -> dict[str, float]:
+        """All numbers that the functions see as ``p``, by name: the parameters, and behind them the constants."""
         return numeric_fields(self.parameters)
 
     @functools.cached_property
+    def parameter_values(self) -> dict[str, float]:
+        """The numeric parameters by name."""
+        constants = constant_fields(self.parameters)
+        return {name: value for name, value in self.numbers.items() if field_of(name) not in constants}
+
+    @functools.cached_property
     def p(self) -> np.ndarray:
-        """The numeric parameters as the vector that the compiled model unpacks."""
-        return np.array(list(self.parameter_values.values()), dtype=np.float64)
+        """All numbers as the vector that the compiled model unpacks."""
+        return np.array(list(self.numbers.values()), dtype=np.float64)
 
     @property
     def laws(self) -> np.ndarray:

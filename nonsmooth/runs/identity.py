@@ -43,7 +43,7 @@ def facts_of_run(
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
         },
         "system": system.name or system.mass.__name__,
-        "parameter": dict(system.parameter_values),
+        "parameter": dict(system.numbers),
         "contacts": system.kinds.tolist(),
         "laws": system.law_numbers.tolist(),
         "integrator": repr(integrator),

@@ -15,7 +15,7 @@ import functools
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import make_dataclass, replace
+from dataclasses import field, make_dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -47,7 +47,7 @@ from nonsmooth.scenes.solids_as_system import (
     touches_of_solids,
 )
 from nonsmooth.scenes.spheres_as_system import functions_of, near_of, nothing_turns, touch_of
-from nonsmooth.scenes.weights import functions_of_weights
+from nonsmooth.scenes.weights import Weights, functions_of_weights
 
 PLANE, SPACE = (("x", "m"), ("y", "m"), ("angle", "rad")), (("x", "m"), ("y", "m"), ("z", "m"))  # of one body
 CURE = "simulate(scene, ..., integrator=ns.MoreauJean(dt)) takes it"
@@ -91,16 +91,15 @@ def _system_of(asked: _Asked) -> System:
     own: dict[str, Any] = {"name": scene.name or "scene", "t_end": scene.t_end, "dt": scene.dt}
     touches, contacts = touches_of(scene, asked.pairs), _contacts(scene, met, values)
     if scene.dim == PLANAR:
-        functions, axes = _body_functions(scene, moving, asked.t_0), PLANE
-        functions |= functions_of_touches(touches, asked.t_0) if touches else {}
+        (functions, read), axes = _planar_functions(scene, moving, touches, asked.t_0), PLANE
     elif nothing_turns(scene):
-        functions, axes = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met]), SPACE
+        (functions, read), axes = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met]), SPACE
     else:
-        functions, axes = functions_of_solids(scene, moving, touches), SOLID
+        (functions, read), axes = functions_of_solids(scene, moving, touches), SOLID
         own["velocities"] = tuple((f"{name} of {body.name}", unit) for body in moving for name, unit in RATES)
         if not any(contact.directions == 2 for contact in contacts):
             functions = {name: function for name, function in functions.items() if name not in ALONG_TANGENTS}
-    parameters = _parameters(moving, values, axes)
+    parameters = _parameters(moving, values, read, axes)
     system = System(n_q=len(axes) * len(moving), contacts=contacts, parameters=parameters, **own, **functions)
     type(parameters).state = CoordinateState(system, state_of(scene))
     return system
@@ -223,13 +222,15 @@ def _contact(scene: Scene, a: Body, b: Body, values: dict[str, float]) -> Contac
     return Contact(mu=law, e_N=names[1], impact=impact, directions=scene.dim - 1)
 
 
-def _parameters(moving: list[Body], values: dict[str, float], axes: tuple[tuple[str, str], ...]) -> Any:
-    """The coefficients as parameters that know the names of the coordinates."""
+def _parameters(
+    moving: list[Body], values: dict[str, float], read: dict[str, Any], axes: tuple[tuple[str, str], ...]
+) -> Any:  # fmt: skip
+    """The coefficients as parameters that know the names of the coordinates, and the numbers that functions read."""
     coordinates = tuple((f"{name} of {body.name}", unit) for body in moving for name, unit in axes)
-    named = make_dataclass(
-        "Coefficients", [(name, float) for name in values], namespace={"coordinates": coordinates}, frozen=True
-    )
-    return named(**values)
+    fields: list[Any] = [(name, float) for name in values]
+    fields += [(name, type(part), field(repr=False)) for name, part in read.items()]
+    namespace = {"coordinates": coordinates, "constants": tuple(read)}
+    return make_dataclass("Coefficients", fields, namespace=namespace, frozen=True)(**values, **read)
 
 
 def _touches_of(scene: Scene, a: Body, b: Body, numbers: dict[str, int]) -> list[Touch]:
@@ -314,8 +315,10 @@ def _side(body: Body, arm: np.ndarray, radius: float, numbers: dict[str, int]) -
     return Side(numbers.get(body.name, NO_COORDINATES), arm, radius, belt, place, rate, body.index)
 
 
-def _body_functions(scene: Scene, moving: list[Body], t_0: float) -> dict[str, Any]:
-    """Mass, forces and potential."""
+def _planar_functions(
+    scene: Scene, moving: list[Body], touches: list[Touch], t_0: float
+) -> tuple[dict[str, Any], dict[str, Any]]:  # fmt: skip
+    """Mass, forces, potential, gaps and rows; and what they read."""
     inertias = [inertia_of(body, PLANAR) for body in moving]
     m = np.array([[inertia.mass, inertia.mass, inertia.moments[0]] for inertia in inertias])
     weight = np.column_stack((m[:, :1] * np.asarray(scene.gravity), np.zeros(len(m))))
@@ -325,9 +328,15 @@ def _body_functions(scene: Scene, moving: list[Body], t_0: float) -> dict[str, A
         for body, sign in ((joint.a, -1.0), (joint.b, 1.0)):
             if body.name in numbers:
                 weight[numbers[body.name], 2] += sign * torque
-    functions = functions_of_weights(m.reshape(-1), weight.reshape(-1))
-    loads = _loads(scene, numbers)
-    return functions | (functions_of_loads(weight.reshape(-1), loads, t_0) if loads else {})
+    functions, read = functions_of_weights(), {"weights": Weights(m.reshape(-1), weight.reshape(-1))}
+    parts: list[tuple[str, Any]] = []
+    if loads := _loads(scene, numbers):
+        parts.append(("loads", functions_of_loads(loads, t_0)))
+    if touches:
+        parts.append(("touches", functions_of_touches(touches, t_0)))
+    for name, (of_part, numbers_of_part) in parts:
+        functions, read = functions | of_part, read | {name: numbers_of_part}
+    return functions, read
 
 
 def _loads(scene: Scene, numbers: dict[str, int]) -> list[Load]:

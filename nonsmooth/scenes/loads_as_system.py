@@ -18,6 +18,7 @@ import numpy as np
 
 from nonsmooth.scenes.rounded_points import (
     NO_COORDINATES,
+    Ends,
     Tables,
     Touch,
     angle,
@@ -43,7 +44,7 @@ class Load(NamedTuple):
 
 
 class Laws(NamedTuple):
-    """The loads as constants of the compiled functions."""
+    """The numbers of the laws."""
 
     kind: np.ndarray
     stiffness: np.ndarray
@@ -52,20 +53,27 @@ class Laws(NamedTuple):
     force: np.ndarray  # (n, 2)
 
 
-def turn_between(t, q, at, c):
+class Loads(NamedTuple):
+    """What the compiled functions read of the loads: their points and their laws."""
+
+    points: Tables
+    laws: Laws
+
+
+def turn_between(t, q, of, at, c):
     """phi of load c."""
-    return angle(t, q, at, c, 1) - angle(t, q, at, c, 0)
+    return angle(t, q, of, at, c, 1) - angle(t, q, of, at, c, 0)
 
 
-def pull(t, q, u, at, laws, c):
+def pull(t, q, u, of, at, laws, c):
     """F of load c on its first body, and M."""
     k, b = laws.stiffness[c], laws.damping[c]
     if laws.kind[c] == OF_ANGLE:
-        rate = rates_of(u, at, c, 1)[2] - rates_of(u, at, c, 0)[2]
-        return 0.0, 0.0, k * (turn_between(t, q, at, c) - laws.rest[c]) + b * rate
-    d_x, d_y = between(t, q, at, c)
-    i_x, i_y, _, _ = point_rates(t, q, u, at, c, 0)
-    j_x, j_y, _, _ = point_rates(t, q, u, at, c, 1)
+        rate = rates_of(u, of, at, c, 1)[2] - rates_of(u, of, at, c, 0)[2]
+        return 0.0, 0.0, k * (turn_between(t, q, of, at, c) - laws.rest[c]) + b * rate
+    d_x, d_y = between(t, q, of, at, c)
+    i_x, i_y, _, _ = point_rates(t, q, u, of, at, c, 0)
+    j_x, j_y, _, _ = point_rates(t, q, u, of, at, c, 1)
     v_x, v_y = i_x - j_x, i_y - j_y
     if laws.kind[c] == OF_VECTOR:
         return laws.force[c, 0] - k * d_x - b * v_x, laws.force[c, 1] - k * d_y - b * v_y, 0.0
@@ -75,67 +83,69 @@ def pull(t, q, u, at, laws, c):
     return -F * n_x, -F * n_y, 0.0
 
 
-def add_pulls(t, q, u, at, laws, h):
+def add_pulls(t, q, u, of, at, laws, h):
     """Add all of them to the forces."""
-    for c in range(at.body.shape[0]):
-        F_x, F_y, M = pull(t, q, u, at, laws, c)
+    for c in range(of.body.shape[0]):
+        F_x, F_y, M = pull(t, q, u, of, at, laws, c)
         for side in range(2):
-            b, sign = at.body[c, side], 1.0 - 2.0 * side
+            b, sign = of.body[c, side], 1.0 - 2.0 * side
             if b != NO_COORDINATES:
-                a_x, a_y = turned(t, q, at, c, side, at.arm[c, side])
+                a_x, a_y = turned(t, q, of, at, c, side, at.arm[c, side])
                 h[3 * b] += sign * F_x
                 h[3 * b + 1] += sign * F_y
                 h[3 * b + 2] += sign * (a_x * F_y - a_y * F_x + M)
 
 
-def stored(t, q, at, laws):
+def stored(t, q, of, at, laws):
     """V of all of them."""
     V = 0.0
-    for c in range(at.body.shape[0]):
+    for c in range(of.body.shape[0]):
         if laws.kind[c] == OF_ANGLE:
-            V += 0.5 * laws.stiffness[c] * (turn_between(t, q, at, c) - laws.rest[c]) ** 2
+            V += 0.5 * laws.stiffness[c] * (turn_between(t, q, of, at, c) - laws.rest[c]) ** 2
             continue
-        d_x, d_y = between(t, q, at, c)
+        d_x, d_y = between(t, q, of, at, c)
         length = math.sqrt(d_x * d_x + d_y * d_y) - laws.rest[c]
         V += 0.5 * laws.stiffness[c] * length * length - laws.force[c, 0] * d_x - laws.force[c, 1] * d_y
     return V
 
 
-def write_forces(t, q, u, weight, at, laws, h):
+def write_forces(t, q, u, of, p, h):
     """h."""
-    for k in range(weight.shape[0]):
-        h[k] = weight[k]
-    add_pulls(t, q, u, at, laws, h)
+    for k in range(len(h)):
+        h[k] = p.weights.weight[k]
+    add_pulls(t, q, u, of, p.loads.points, p.loads.laws, h)
 
 
-def write_potential(t, q, weight, at, laws, V):
+def write_potential(t, q, of, p, V):
     """V."""
-    V[0] = stored(t, q, at, laws)
-    for k in range(weight.shape[0]):
-        V[0] -= weight[k] * q[k]
+    V[0] = stored(t, q, of, p.loads.points, p.loads.laws)
+    for k in range(len(q)):
+        V[0] -= p.weights.weight[k] * q[k]
 
 
-def functions_of_loads(weight: np.ndarray, loads: list[Load], t_0: float) -> dict[str, Any]:
-    """Force and potential of weights and these; they read the time where a body is guided, and only there."""
-    at = tables_of([load.touch for load in loads], t_0)
-    laws = Laws(*(np.array([getattr(load, name) for load in loads]) for name in Laws._fields))
-    if at.is_guided.any():
-        return _functions_of_time(weight, at, laws)
+def functions_of_loads(loads: list[Load], t_0: float) -> tuple[dict[str, Any], Loads]:
+    """Force and potential of weights and these, and what they read as p.loads; they read the time where a body is
+    guided, and only there."""
+    of, points = tables_of([load.touch for load in loads], t_0)
+    laws = Laws(*(np.array([getattr(load, name) for load in loads], dtype=float) for name in Laws._fields))
+    return _functions_of_time(of) if of.is_guided.any() else _functions_without_time(of), Loads(points, laws)
 
+
+def _functions_without_time(of: Ends) -> dict[str, Any]:
     def force(t, q, u, p, h):
-        write_forces(0.0, q, u, weight, at, laws, h)
+        write_forces(0.0, q, u, of, p, h)
 
     def potential(t, q, p, V):
-        write_potential(0.0, q, weight, at, laws, V)
+        write_potential(0.0, q, of, p, V)
 
     return {"force": force, "potential": potential}
 
 
-def _functions_of_time(weight: np.ndarray, at: Tables, laws: Laws) -> dict[str, Any]:
+def _functions_of_time(of: Ends) -> dict[str, Any]:
     def force(t, q, u, p, h):
-        write_forces(t, q, u, weight, at, laws, h)
+        write_forces(t, q, u, of, p, h)
 
     def potential(t, q, p, V):
-        write_potential(t, q, weight, at, laws, V)
+        write_potential(t, q, of, p, V)
 
     return {"force": force, "potential": potential}

@@ -38,15 +38,28 @@ ALONG_TANGENTS = ("tangent", "surface_velocity")  # defined: functions that a sc
 Vector = tuple[float, float, float]
 
 
-class Tables(NamedTuple):
-    """The contacts as constants of the compiled functions; of side 0, which is i, and side 1, which is j."""
+class Ends(NamedTuple):
+    """What the contacts are of, constants of the compiled functions; of side 0, which is i, and side 1, which is j."""
 
     body: np.ndarray  # (n_c, 2)
+    is_flat: np.ndarray  # (n_c,)
+
+
+class Tables(NamedTuple):
+    """Their numbers, which the compiled functions read as p.touches."""
+
     arm: np.ndarray  # (n_c, 2, 3) [m]
     radius: np.ndarray  # (n_c, 2) [m]
     belt: np.ndarray  # (n_c, 2, 3) [m/s]
-    is_flat: np.ndarray  # (n_c,)
     normal: np.ndarray  # (n_c, 3), where it is flat
+
+
+class Solids(NamedTuple):
+    """The numbers of the bodies, which the compiled functions read as p.bodies."""
+
+    m: np.ndarray  # (n_b,) [kg]
+    moments: np.ndarray  # (n_b, 3) [kg m^2]
+    gravity: np.ndarray  # (3,) [m/s^2]
 
 
 def touches_of_solids(a: Body, b: Body, numbers: dict[str, int]) -> list[Touch] | None:
@@ -76,14 +89,18 @@ def start_of_solids(moving: list[Body]) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(q), np.concatenate(u)
 
 
-def functions_of_solids(scene: Scene, moving: list[Body], touches: list[Touch]) -> dict[str, Any]:
-    """Mass, forces, potential, kinematics, and gaps and rows of contacts."""
+def functions_of_solids(
+    scene: Scene, moving: list[Body], touches: list[Touch]
+) -> tuple[dict[str, Any], dict[str, Any]]:  # fmt: skip
+    """Mass, forces, potential, kinematics, and gaps and rows of contacts; and what they read."""
     inertias = [inertia_of(body, SPATIAL) for body in moving]
-    functions = _body_functions(
-        np.array([inertia.mass for inertia in inertias]), np.array([inertia.moments for inertia in inertias]),
-        np.asarray(scene.gravity, dtype=float),
-    )  # fmt: skip
-    return functions | (_contact_functions(_tables(touches)) if touches else {})
+    m, moments = (np.array([getattr(inertia, name) for inertia in inertias]) for name in ("mass", "moments"))
+    read: dict[str, Any] = {"bodies": Solids(m, moments, np.asarray(scene.gravity, dtype=float))}
+    functions = _body_functions(len(moving))
+    if not touches:
+        return functions, read
+    of, read["touches"] = _tables(touches)
+    return functions | _contact_functions(of), read
 
 
 def _parts(body: Body) -> list[Part]:
@@ -117,18 +134,16 @@ def _points(part: Part) -> np.ndarray:
     return part.vertices if part.kind == POLYHEDRON else np.zeros((0, 3))
 
 
-def _tables(touches: list[Touch]) -> Tables:
+def _tables(touches: list[Touch]) -> tuple[Ends, Tables]:
     """The contacts, side by side."""
     sides = [(touch.i, touch.j) for touch in touches]
     columns = {
         name: np.array([[getattr(side, name) for side in pair] for pair in sides])
         for name in ("body", "arm", "radius", "belt")
     }
-    return Tables(
-        **columns,
-        is_flat=np.array([touch.normal is not None for touch in touches]),
-        normal=np.array([np.zeros(3) if touch.normal is None else touch.normal for touch in touches]),
-    )
+    ends = Ends(columns.pop("body"), np.array([touch.normal is not None for touch in touches]))
+    normal = np.array([np.zeros(3) if touch.normal is None else touch.normal for touch in touches])
+    return ends, Tables(**columns, normal=normal)
 
 
 def cross(a: Vector, b: Vector) -> Vector:
@@ -159,9 +174,9 @@ def turned_back(q, b, a):
     return a[0] + scale * (w * s[0] + z[0]), a[1] + scale * (w * s[1] + z[1]), a[2] + scale * (w * s[2] + z[2])
 
 
-def core_of(q, at, c, side):
+def core_of(q, of, at, c, side):
     """R a of a side, and its point c."""
-    b = at.body[c, side]
+    b = of.body[c, side]
     a = (at.arm[c, side, 0], at.arm[c, side, 1], at.arm[c, side, 2])
     if b == NO_COORDINATES:
         return a, a
@@ -184,12 +199,12 @@ def velocity_at(u, b, spin, arm):
     return u[6 * b] + s[0], u[6 * b + 1] + s[1], u[6 * b + 2] + s[2]
 
 
-def normal_of(q, at, c):
+def normal_of(q, of, at, c):
     """n, and |c_i - c_j|; of a half-space the distance is 1, and n does not change."""
-    if at.is_flat[c]:
+    if of.is_flat[c]:
         return (at.normal[c, 0], at.normal[c, 1], at.normal[c, 2]), 1.0
-    _, i = core_of(q, at, c, 0)
-    _, j = core_of(q, at, c, 1)
+    _, i = core_of(q, of, at, c, 0)
+    _, j = core_of(q, of, at, c, 1)
     d = (i[0] - j[0], i[1] - j[1], i[2] - j[2])
     length = math.sqrt(dot(d, d))
     return (d[0] / length, d[1] / length, d[2] / length), length
@@ -213,44 +228,44 @@ def rates_of_tangents(n, m):
     return first, (b_rate, 2.0 * n[1] * m[1] * a + n[1] * n[1] * a_rate, -m[1])
 
 
-def arm_of(q, at, c, side, n):
+def arm_of(q, of, at, c, side, n):
     """A of a side."""
-    a, _ = core_of(q, at, c, side)
+    a, _ = core_of(q, of, at, c, side)
     r = at.radius[c, side] if side == 1 else -at.radius[c, side]
     return a[0] + r * n[0], a[1] + r * n[1], a[2] + r * n[2]
 
 
-def write_row(q, at, c, n, axis, W):
+def write_row(q, of, at, c, n, axis, W):
     """J along an axis, of both sides."""
     for side in range(2):
-        b, sign = at.body[c, side], 1.0 - 2.0 * side
+        b, sign = of.body[c, side], 1.0 - 2.0 * side
         if b != NO_COORDINATES:
-            moment = turned_back(q, b, cross(arm_of(q, at, c, side, n), axis))
+            moment = turned_back(q, b, cross(arm_of(q, of, at, c, side, n), axis))
             for k in range(3):
                 W[6 * b + k] += sign * axis[k]
                 W[6 * b + 3 + k] += sign * moment[k]
 
 
-def belts_of(q, at, c):
+def belts_of(q, of, at, c):
     """s_i - s_j."""
-    i = turned(q, at.body[c, 0], (at.belt[c, 0, 0], at.belt[c, 0, 1], at.belt[c, 0, 2]))
-    j = turned(q, at.body[c, 1], (at.belt[c, 1, 0], at.belt[c, 1, 1], at.belt[c, 1, 2]))
+    i = turned(q, of.body[c, 0], (at.belt[c, 0, 0], at.belt[c, 0, 1], at.belt[c, 0, 2]))
+    j = turned(q, of.body[c, 1], (at.belt[c, 1, 0], at.belt[c, 1, 1], at.belt[c, 1, 2]))
     return i[0] - j[0], i[1] - j[1], i[2] - j[2]
 
 
-def rates_of_contact(q, u, at, c):
+def rates_of_contact(q, u, of, at, c):
     """n, n', gamma without belts, and its rate at u' = 0."""
-    n, length = normal_of(q, at, c)
-    i, j = at.body[c, 0], at.body[c, 1]
+    n, length = normal_of(q, of, at, c)
+    i, j = of.body[c, 0], of.body[c, 1]
     o_i, o_j = spin_of(q, u, i), spin_of(q, u, j)
-    a_i, _ = core_of(q, at, c, 0)
-    a_j, _ = core_of(q, at, c, 1)
+    a_i, _ = core_of(q, of, at, c, 0)
+    a_j, _ = core_of(q, of, at, c, 1)
     v_i, v_j = velocity_at(u, i, o_i, a_i), velocity_at(u, j, o_j, a_j)
     d = (v_i[0] - v_j[0], v_i[1] - v_j[1], v_i[2] - v_j[2])
     along = dot(n, d)
-    part = 0.0 if at.is_flat[c] else 1.0 / length
+    part = 0.0 if of.is_flat[c] else 1.0 / length
     m = (part * (d[0] - along * n[0]), part * (d[1] - along * n[1]), part * (d[2] - along * n[2]))
-    A_i, A_j = arm_of(q, at, c, 0, n), arm_of(q, at, c, 1, n)
+    A_i, A_j = arm_of(q, of, at, c, 0, n), arm_of(q, of, at, c, 1, n)
     s_i, s_j = cross(o_i, a_i), cross(o_j, a_j)
     r_i, r_j = at.radius[c, 0], at.radius[c, 1]
     w_i = cross(o_i, (s_i[0] - r_i * m[0], s_i[1] - r_i * m[1], s_i[2] - r_i * m[2]))
@@ -260,92 +275,91 @@ def rates_of_contact(q, u, at, c):
     return n, m, gamma, (w_i[0] - w_j[0], w_i[1] - w_j[1], w_i[2] - w_j[2])
 
 
-def rate_of_belts(q, u, at, c):
+def rate_of_belts(q, u, of, at, c):
     """(s_i - s_j)': belts turn with their bodies."""
-    o_i, o_j = spin_of(q, u, at.body[c, 0]), spin_of(q, u, at.body[c, 1])
-    i = turned(q, at.body[c, 0], (at.belt[c, 0, 0], at.belt[c, 0, 1], at.belt[c, 0, 2]))
-    j = turned(q, at.body[c, 1], (at.belt[c, 1, 0], at.belt[c, 1, 1], at.belt[c, 1, 2]))
+    o_i, o_j = spin_of(q, u, of.body[c, 0]), spin_of(q, u, of.body[c, 1])
+    i = turned(q, of.body[c, 0], (at.belt[c, 0, 0], at.belt[c, 0, 1], at.belt[c, 0, 2]))
+    j = turned(q, of.body[c, 1], (at.belt[c, 1, 0], at.belt[c, 1, 1], at.belt[c, 1, 2]))
     s, z = cross(o_i, i), cross(o_j, j)
     return s[0] - z[0], s[1] - z[1], s[2] - z[2]
 
 
-def write_slip_rates(q, u, at, c, found, r):
+def write_slip_rates(q, u, of, at, c, found, r):
     """The rates along the tangents, with those of the belts."""
     n, m, gamma, rate = found
     first, second = tangents_of(n)
     f, s = rates_of_tangents(n, m)
-    belts, turning = belts_of(q, at, c), rate_of_belts(q, u, at, c)
+    belts, turning = belts_of(q, of, at, c), rate_of_belts(q, u, of, at, c)
     slip = (gamma[0] + belts[0], gamma[1] + belts[1], gamma[2] + belts[2])
     rate_T = (rate[0] + turning[0], rate[1] + turning[1], rate[2] + turning[2])
     r[c, 1] = dot(first, rate_T) + dot(f, slip)
     r[c, 2] = dot(second, rate_T) + dot(s, slip)
 
 
-def _contact_functions(at: Tables) -> dict[str, Any]:
+def _contact_functions(of: Ends) -> dict[str, Any]:
     """Gaps, rows, velocities of surfaces, and the rates of rows."""
-    n_c = len(at.body)
+    n_c = len(of.body)
 
     def gap(t, q, p, g_N):
         for c in range(n_c):
-            n, _ = normal_of(q, at, c)
-            _, i = core_of(q, at, c, 0)
-            _, j = core_of(q, at, c, 1)
-            g_N[c] = dot(n, (i[0] - j[0], i[1] - j[1], i[2] - j[2])) - at.radius[c, 0] - at.radius[c, 1]
+            n, _ = normal_of(q, of, p.touches, c)
+            _, i = core_of(q, of, p.touches, c, 0)
+            _, j = core_of(q, of, p.touches, c, 1)
+            g_N[c] = dot(n, (i[0] - j[0], i[1] - j[1], i[2] - j[2])) - p.touches.radius[c, 0] - p.touches.radius[c, 1]
 
     def normal(t, q, p, W_N):
         for c in range(n_c):
-            n, _ = normal_of(q, at, c)
-            write_row(q, at, c, n, n, W_N[c])
+            n, _ = normal_of(q, of, p.touches, c)
+            write_row(q, of, p.touches, c, n, n, W_N[c])
 
     def tangent(t, q, p, W_F):
         for c in range(n_c):
-            n, _ = normal_of(q, at, c)
+            n, _ = normal_of(q, of, p.touches, c)
             first, second = tangents_of(n)
-            write_row(q, at, c, n, first, W_F[c, 0])
-            write_row(q, at, c, n, second, W_F[c, 1])
+            write_row(q, of, p.touches, c, n, first, W_F[c, 0])
+            write_row(q, of, p.touches, c, n, second, W_F[c, 1])
 
     def surface_velocity(t, q, p, w_F):
         for c in range(n_c):
-            n, _ = normal_of(q, at, c)
+            n, _ = normal_of(q, of, p.touches, c)
             first, second = tangents_of(n)
-            belts = belts_of(q, at, c)
+            belts = belts_of(q, of, p.touches, c)
             w_F[c, 0], w_F[c, 1] = dot(first, belts), dot(second, belts)
 
     def row_rates(t, q, u, p, r):
         for c in range(n_c):
-            n, m, gamma, rate = rates_of_contact(q, u, at, c)
+            n, m, gamma, rate = rates_of_contact(q, u, of, p.touches, c)
             r[c, 0] = dot(n, rate) + dot(m, gamma)
             if r.shape[1] > 1:
-                write_slip_rates(q, u, at, c, (n, m, gamma, rate), r)
+                write_slip_rates(q, u, of, p.touches, c, (n, m, gamma, rate), r)
 
     return {
         "gap": gap, "normal": normal, "tangent": tangent, "surface_velocity": surface_velocity, "row_rates": row_rates,
     }  # fmt: skip
 
 
-def _body_functions(m: np.ndarray, moments: np.ndarray, gravity: np.ndarray) -> dict[str, Any]:
+def _body_functions(n_b: int) -> dict[str, Any]:
     """Mass, forces, potential and kinematics."""
-    n_b = len(m)
 
     def mass(t, q, p, M):
         for b in range(n_b):
             for k in range(3):
-                M[6 * b + k, 6 * b + k] = m[b]
-                M[6 * b + 3 + k, 6 * b + 3 + k] = moments[b, k]
+                M[6 * b + k, 6 * b + k] = p.bodies.m[b]
+                M[6 * b + 3 + k, 6 * b + 3 + k] = p.bodies.moments[b, k]
 
     def force(t, q, u, p, h):
         for b in range(n_b):
             w_1, w_2, w_3 = u[6 * b + 3], u[6 * b + 4], u[6 * b + 5]
             for k in range(3):
-                h[6 * b + k] = m[b] * gravity[k]
-            h[6 * b + 3] = (moments[b, 1] - moments[b, 2]) * w_2 * w_3
-            h[6 * b + 4] = (moments[b, 2] - moments[b, 0]) * w_3 * w_1
-            h[6 * b + 5] = (moments[b, 0] - moments[b, 1]) * w_1 * w_2
+                h[6 * b + k] = p.bodies.m[b] * p.bodies.gravity[k]
+            h[6 * b + 3] = (p.bodies.moments[b, 1] - p.bodies.moments[b, 2]) * w_2 * w_3
+            h[6 * b + 4] = (p.bodies.moments[b, 2] - p.bodies.moments[b, 0]) * w_3 * w_1
+            h[6 * b + 5] = (p.bodies.moments[b, 0] - p.bodies.moments[b, 1]) * w_1 * w_2
 
     def potential(t, q, p, V):
         for b in range(n_b):
             for k in range(3):
-                V[0] -= m[b] * gravity[k] * q[7 * b + k]
+                V[0] -= p.bodies.m[b] * p.bodies.gravity[k] * q[7 * b + k]
 
     def kinematics(t, q, p, B):
         for b in range(n_b):

@@ -21,7 +21,7 @@ from nonsmooth.scenes.places import compose, place_of, rotate
 from nonsmooth.scenes.rounded_points import Side, Touch
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
-from nonsmooth.scenes.weights import functions_of_weights
+from nonsmooth.scenes.weights import Weights, functions_of_weights
 
 IS_FIXED = -1  # code: in place of the number of a body that moves
 
@@ -76,11 +76,23 @@ def nothing_turns(scene: Scene) -> bool:
     return all(coefficients_of(scene, a.material, b.material)[0] == 0.0 for a, b in pairs)
 
 
-def functions_of(scene: Scene, moving: list[Body], nears: list[Near]) -> dict[str, Any]:
-    """Mass, weight, potential, gaps, rows and their rates."""
+class Tables(NamedTuple):
+    """The numbers of the contacts, which the compiled functions read as p.touches."""
+
+    start: np.ndarray  # (n_c, 3) [m]
+    radius: np.ndarray  # (n_c,) [m]
+    normal: np.ndarray  # (n_c, 3), of a half-space
+
+
+def functions_of(scene: Scene, moving: list[Body], nears: list[Near]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Mass, weight, potential, gaps, rows and their rates; and what they read."""
     m = np.repeat([inertia_of(body, SPATIAL).mass for body in moving], 3)
-    weight = m * np.tile(np.asarray(scene.gravity, dtype=float), len(moving))
-    return functions_of_weights(m, weight) | (_contact_functions(nears) if nears else {})
+    read: dict[str, Any] = {"weights": Weights(m, m * np.tile(np.asarray(scene.gravity, dtype=float), len(moving)))}
+    if not nears:
+        return functions_of_weights(), read
+    flat = [np.zeros(3) if near.normal is None else near.normal for near in nears]
+    columns = [near.start for near in nears], [near.radius for near in nears], flat
+    return functions_of_weights() | _contact_functions(nears), read | {"touches": Tables(*map(np.array, columns))}
 
 
 def between(q, i, j, start):
@@ -93,32 +105,31 @@ def between(q, i, j, start):
     return d_x, d_y, d_z
 
 
+def direction(q, body, is_flat, at, c):
+    """n of contact c."""
+    if is_flat[c]:
+        return at.normal[c, 0], at.normal[c, 1], at.normal[c, 2]
+    d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], at.start[c])
+    length = math.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
+    return d_x / length, d_y / length, d_z / length
+
+
 def _contact_functions(nears: list[Near]) -> dict[str, Any]:
     """Gap, rows and their rates."""
     body = np.array([(near.i, near.j) for near in nears])
-    start = np.array([near.start for near in nears])
-    radius = np.array([near.radius for near in nears])
     is_flat = np.array([near.normal is not None for near in nears])
-    flat = np.array([np.zeros(3) if near.normal is None else near.normal for near in nears])
     still = np.zeros(3)
     n_c = len(nears)
 
-    def direction(q, c):
-        if is_flat[c]:
-            return flat[c, 0], flat[c, 1], flat[c, 2]
-        d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], start[c])
-        length = math.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
-        return d_x / length, d_y / length, d_z / length
-
     def gap(t, q, p, g_N):
         for c in range(n_c):
-            n_x, n_y, n_z = direction(q, c)
-            d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], start[c])
-            g_N[c] = n_x * d_x + n_y * d_y + n_z * d_z - radius[c]
+            n_x, n_y, n_z = direction(q, body, is_flat, p.touches, c)
+            d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], p.touches.start[c])
+            g_N[c] = n_x * d_x + n_y * d_y + n_z * d_z - p.touches.radius[c]
 
     def normal(t, q, p, W_N):
         for c in range(n_c):
-            n_x, n_y, n_z = direction(q, c)
+            n_x, n_y, n_z = direction(q, body, is_flat, p.touches, c)
             for side in range(2):
                 b, sign = body[c, side], 1.0 - 2.0 * side
                 if b >= 0:
@@ -129,8 +140,8 @@ def _contact_functions(nears: list[Near]) -> dict[str, Any]:
     def row_rates(t, q, u, p, r):
         for c in range(n_c):
             if not is_flat[c]:
-                n_x, n_y, n_z = direction(q, c)
-                d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], start[c])
+                n_x, n_y, n_z = direction(q, body, is_flat, p.touches, c)
+                d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], p.touches.start[c])
                 v_x, v_y, v_z = between(u, body[c, 0], body[c, 1], still)
                 along = n_x * v_x + n_y * v_y + n_z * v_z
                 square = v_x * v_x + v_y * v_y + v_z * v_z

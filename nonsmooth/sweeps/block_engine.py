@@ -532,7 +532,7 @@ class BlockRun:
     def run_prepared(self) -> dict[int, InvalidInput]:
         """Run all cells, each after its memory was filled with what depends on its start."""
         cells, state, refused = self.cells, self.state, {}
-        names = list(self.engine.system.parameter_values)
+        names = list(self.engine.system.numbers)
         cells.call.is_prepared = 1
         for i in range(len(cells.p)):
             system = self.engine.system.with_parameters(**dict(zip(names, cells.p[i].tolist(), strict=True)))

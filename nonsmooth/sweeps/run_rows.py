@@ -108,9 +108,9 @@ class RowBuilder:
                     system = as_system(with_values(self.model, {name: value.item()}))
                 except InvalidInput:
                     continue
-                expected = {**base.parameter_values, name: value.item()}
+                expected = {**base.numbers, name: value.item()}
                 if (
-                    system.parameter_values != expected
+                    system.numbers != expected
                     or system.functions != base.functions
                     or system.contacts != base.contacts
                     or not np.array_equal(system.law_numbers, laws_of(base, expected))

@@ -358,7 +358,7 @@ class RunTask:
             fail(rows.cells[cell : cell + 1], refusal)
 
     def _run_singly(self, rows: Rows, integrator: Any, t_end: float, result: Batch, fail: Callable) -> None:
-        parameters = list(rows.system.parameter_values)
+        parameters = list(rows.system.numbers)
         for k, cell in enumerate(rows.cells):
             system = rows.system.with_parameters(**dict(zip(parameters, rows.p[k].tolist(), strict=True)))
             try:
@@ -416,7 +416,7 @@ def inspect_rows(rows: Rows, t: float) -> None:
         For a function that cannot be right.
     """
     for k in {0, len(rows.cells) - 1}:
-        values = dict(zip(rows.system.parameter_values, rows.p[k].tolist(), strict=True))
+        values = dict(zip(rows.system.numbers, rows.p[k].tolist(), strict=True))
         inspect_start(rows.system.with_parameters(**values), t, rows.q[k], rows.u[k])
 
 

@@ -205,7 +205,7 @@ class FunctionTask:
 def identity_of_model(model: Any, *functions: Any) -> str:
     """A text that is equal for equal models: parameters, contacts, the content of its functions and of further ones."""
     system = as_system(model)
-    numbers = type(model).__qualname__, system.name, tuple(system.parameter_values.items())
+    numbers = type(model).__qualname__, system.name, tuple(system.numbers.items())
     return identity_of(numbers, tuple(system.functions), *map(system.given, system.functions), system.contacts,
                        *functions).hex()  # fmt: skip
 
