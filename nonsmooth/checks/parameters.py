@@ -18,25 +18,21 @@ from nonsmooth.checks.arrays import as_array, as_number
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 
 
-def numeric_fields(parameters: Any) -> dict[str, float]:
-    """The numbers among the fields of a NamedTuple or dataclass, by name, in the order of the vector.
+def numeric_fields(parameters: Any, without: tuple[str, ...] = ()) -> dict[str, float]:
+    """The numbers among the fields of a NamedTuple or dataclass, by name, in the order of the vector; without those of
+    some fields.
 
     Raises
     ------
     InvalidInput
         For what is neither; for a number that no float holds, is complex or not finite.
     """
-    return dict(_numbers("", parameters))
+    return dict(_numbers("", parameters, without))
 
 
 def constant_fields(parameters: Any) -> tuple[str, ...]:
-    """The last fields of a class of parameters that it names as ``constants``: read as p, and no parameters."""
+    """The last fields of a class of parameters that it names as ``constants``: read as p, no parameters, and frozen."""
     return tuple(getattr(type(parameters), "constants", ()))
-
-
-def field_of(name: str) -> str:
-    """The field that a number, as "spring.k" or "k[2]", is in."""
-    return name.partition(".")[0].partition("[")[0]
 
 
 def layout_of(parameters: Any) -> tuple:
@@ -50,9 +46,11 @@ def _kind(value: Any) -> tuple | None:
     return layout_of(value) if _is_part(value) else None
 
 
-def _numbers(path: str, parameters: Any) -> Iterator[tuple[str, float]]:
+def _numbers(path: str, parameters: Any, without: tuple[str, ...] = ()) -> Iterator[tuple[str, float]]:
     for field, value in _fields(parameters).items():
         name = path + field
+        if field in without:
+            continue
         if type(value) is float and math.isfinite(value):
             yield name, value
         elif _is_part(value):

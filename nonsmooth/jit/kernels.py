@@ -16,6 +16,7 @@ from nonsmooth.jit.linking import function_at
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # no fastmath: two runs agree bit for bit
 # Kernels allocate nothing, so they need none of numba's reference counts.
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of what compiled code alone calls
 KERNEL_OPTIONS = {**OPTIONS, "_nrt": False}
 
 
@@ -189,9 +190,8 @@ def inner_dispatcher(function: Callable, is_rare: bool = False) -> Any:
     from nonsmooth.jit.internals import numba
     from nonsmooth.jit.kernel_compiler import InnerLibrary, RareLibrary, compiler_of
 
-    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     pipeline = compiler_of(RareLibrary if is_rare else InnerLibrary)
-    return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=pipeline)(function)
+    return numba.njit(**KERNEL_OPTIONS, **INNER, pipeline_class=pipeline)(function)
 
 
 @functools.cache

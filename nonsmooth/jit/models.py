@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from nonsmooth.jit.cache import MachineCode, cache_directory, is_cached, is_usable, key_of, machine_code
 from nonsmooth.jit.content import Content
 from nonsmooth.jit.fingerprint import Survey, Unidentified, python_function
-from nonsmooth.jit.kernels import OPTIONS, Kernel
+from nonsmooth.jit.kernels import INNER, OPTIONS, Kernel
 from nonsmooth.jit.parameters import Unpack
 from nonsmooth.jit.twins import Twins
 from nonsmooth.jit.waiting import sentence, waiting
@@ -208,7 +208,7 @@ def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
         f"    p = {p}",
     ]
     for which, (function, takes_u, shape) in functions.items():
-        scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS)(twins.copy(function))
+        scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS, **INNER)(twins.copy(function))
         scope[f"view_{which}"] = _view(shape, cleared=True)
         arguments = "t, q, u, p" if takes_u else "t, q, p"
         lines += [f"    if which == {which}:", f"        function_{which}({arguments}, view_{which}(out_))"]

@@ -13,7 +13,7 @@ from typing import Any
 
 from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.fingerprint import python_function
-from nonsmooth.jit.kernels import OPTIONS
+from nonsmooth.jit.kernels import INNER, OPTIONS
 from nonsmooth.jit.libraries import is_library, library_path
 from nonsmooth.jit.watch import MISSING, content_of
 
@@ -58,7 +58,7 @@ class Twins:
         from nonsmooth.jit.kernel_compiler import HelperCompiler
 
         copy = self._shell(source)
-        ours = {**OPTIONS, "pipeline_class": HelperCompiler}
+        ours = {**OPTIONS, **INNER, "pipeline_class": HelperCompiler}
         twin = numba.njit(**ours)(copy) if value is source else twin_of(value, copy)
         self._compiled[id(value)] = twin
         self._originals.append(value)

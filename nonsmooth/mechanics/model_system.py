@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.parameters import numeric_fields, with_changes
+from nonsmooth.checks.parameters import constant_fields, numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit.bytecode import SCALARS, scalar
 from nonsmooth.mechanics.shelf import Same
@@ -27,7 +27,8 @@ MOST_SYSTEMS = 32  # chosen: systems of models that are at work in turns
 def as_system(candidate: Any) -> System:
     """The system itself, or the one that a model builds with its ``system()`` method."""
     if isinstance(candidate, System):
-        is_as_given = numeric_fields(candidate.parameters) == candidate.numbers
+        given = numeric_fields(candidate.parameters, constant_fields(candidate.parameters))
+        is_as_given = given == candidate.parameter_values
         return candidate if is_as_given else _first_of(_Made(replace(candidate)))
     if isinstance(candidate, type):
         raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")

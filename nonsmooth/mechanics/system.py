@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name, as_positive
-from nonsmooth.checks.parameters import constant_fields, field_of, layout_of, numeric_fields, with_changes
+from nonsmooth.checks.parameters import constant_fields, layout_of, numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.jit import Unpack, unpack_of
 from nonsmooth.jit.watch import Watch
@@ -388,8 +388,7 @@ class System:
     @functools.cached_property
     def parameter_values(self) -> dict[str, float]:
         """The numeric parameters by name."""
-        constants = constant_fields(self.parameters)
-        return {name: value for name, value in self.numbers.items() if field_of(name) not in constants}
+        return numeric_fields(self.parameters, constant_fields(self.parameters))
 
     @functools.cached_property
     def p(self) -> np.ndarray:

@@ -230,7 +230,17 @@ def _parameters(
     fields: list[Any] = [(name, float) for name in values]
     fields += [(name, type(part), field(repr=False)) for name, part in read.items()]
     namespace = {"coordinates": coordinates, "constants": tuple(read)}
+    freeze(tuple(read.values()))
     return make_dataclass("Coefficients", fields, namespace=namespace, frozen=True)(**values, **read)
+
+
+def freeze(part: Any) -> None:
+    """Let no array of the numbers that functions read be written to."""
+    if isinstance(part, np.ndarray):
+        part.flags.writeable = False
+    elif isinstance(part, tuple):
+        for entry in part:
+            freeze(entry)
 
 
 def _touches_of(scene: Scene, a: Body, b: Body, numbers: dict[str, int]) -> list[Touch]:

@@ -1,4 +1,4 @@
-"""The numbers of a scene are read by the functions of its system: scenes of other numbers share their code, no result."""
+"""The functions of the system of a scene read its numbers: scenes of other numbers share their code, and no result."""
 
 import math
 
