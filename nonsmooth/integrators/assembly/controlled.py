@@ -9,10 +9,11 @@ The halves are kept where e is within what the tolerance, tol = atol + rtol (rea
 
 e_v is what the error of the velocities makes until the end of the run: |v_whole - v_halves|, and at most the jump of
 the velocities times the way in the step over the reach, since a landing that ends in the next step would differ by its
-jump. What rebounds does so at the end of the step that it lands in, of the whole and of its second half alike: it is
-late by up to h/2, and e is at least the jump of its velocity times that. What is taken back of penetrations is no
-error: it is a share in each step, however short. Where e is larger, all is put back to the beginning, and a shorter
-step is tried. What rests or falls freely has e = 0.
+jump. A landing takes its whole impulse at the beginning of the step, or of the half, that it is in, up to h/2 early
+(``land_whole``): parts of it, one after the other, would be another impact wherever its friction turns. What rebounds
+does so at the end of its half, up to h/2 late. So e is at least the jump of the velocity times that. What is taken back
+of penetrations is no error: it is a share in each step, however short. Where e is larger, all is put back to the
+beginning, and a shorter step is tried. What rests or falls freely has e = 0.
 Steps are not divided at landings (divided.py): what follows a landing in the second half would be one part of the whole
 and of the halves, and its error in both.
 Source of the estimate: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), II.4.
@@ -27,7 +28,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.integrators.assembly.divided import Parts, add_parts, keep_part
+from nonsmooth.integrators.assembly.divided import Parts, add_parts, keep_part, land_whole
 from nonsmooth.integrators.assembly.in_motion import ROOM
 from nonsmooth.integrators.assembly.progress import DONE
 from nonsmooth.integrators.assembly.project import LANDS
@@ -46,7 +47,7 @@ from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.places import conjugate, times
 
 ROUNDINGS_OF_PLACES = 16  # chosen: of a place, that are no error
-LATE_BY = 0.5  # derived: of a step, by which a rebound is late at most: it is at the end of its half
+OFF_BY = 0.5  # derived: of a step, by which a landing is early at most, or a rebound late: each has its half
 OF_HALVES = 3.0  # derived: the halves err by e over it: 2^2 - 1
 WAY_IN_A_STEP = 0.5  # chosen: of the smallest reach, the way of the fastest body in a step, which finds what it meets
 NO_SHORTER = -2  # code: the error asks for such a step
@@ -97,10 +98,11 @@ class Controlled(Assembly):
     """
 
     kept = (*CARRIED, "course")
+    own_stages = (land_whole,)
 
     def __init__(self, rtol: float, atol: float, t_0: float, t_1: float, *options: Any) -> None:
         super().__init__(*options)
-        self.progress.may_divide = 0
+        self.progress.may_divide, self.progress.lands_whole = 0, 1
         motion, n_b = self.bodies.motion, len(self.bodies.mass)
         self.rtol, self.atol, self.span, self.end = rtol, atol, t_1 - t_0, t_1
         self.moving = np.flatnonzero(motion.moves == 1)
@@ -166,10 +168,13 @@ class Controlled(Assembly):
     def _longest(self) -> float:
         """The step in which the fastest body goes WAY_IN_A_STEP of the smallest reach."""
         fastest = np.sqrt((self.bodies.motion.v[self.moving, : self.dim] ** 2).sum(axis=1).max(initial=0.0))
-        falls = self.gravity + float(self.bodies.strongest)
         way = WAY_IN_A_STEP * self.smallest
-        most = float(fastest) + sqrt(falls * way)
+        most = float(fastest) + sqrt(self._falls() * way)
         return way / most if most > 0.0 else inf
+
+    def _falls(self) -> float:
+        """What changes velocities without contacts, at most [m/s^2]."""
+        return self.gravity + float(self.bodies.strongest)
 
     def _take(self, t: float, h: float, parts: int, prepare: Callable[[float, float], None]) -> tuple[int, Way]:
         """Take a step in so many equal parts; how that ended, and where it led."""
@@ -239,8 +244,9 @@ class Controlled(Assembly):
             way, jump = h * self._sizes_of(halves.v), self._sizes_of(halves.v - self.course.v[self.moving])
             dv = np.minimum(self._sizes_of(halves.v - whole.v), jump * way / self.reach)
             e = np.maximum(e, left * dv)
-        if halves.rebounds:
-            e = np.maximum(e, LATE_BY * h * self._sizes_of(halves.v - self.course.v[self.moving]))
+        if whole.lands or halves.lands or halves.rebounds:
+            struck = self._sizes_of(halves.v - self.course.v[self.moving]) - h * self._falls()
+            e = np.maximum(e, OFF_BY * h * struck)
         tol = self.atol + self.rtol * size[self.moving]
         return float((e / tol).max(initial=0.0))
 

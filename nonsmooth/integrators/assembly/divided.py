@@ -135,6 +135,20 @@ def ask_of_landings(bodies_at, found_at, network_at, dt, whole, lets_in):
                     network.b[c, 0] = turn
 
 
+@kernel("void(int64, int64, int64, float64)")
+def land_whole(bodies_at, found_at, network_at, dt):
+    """Stop at once what approaches fast and would close its gap within a step that is not divided."""
+    bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
+    fall, n = fall_of(bodies, dt), network.v.shape[1]
+    for c in range(network.n_c):
+        if found.gap[c] > 0.0 and may_land(network, c):
+            turn = turn_of_limit(network, c)
+            before = normal_velocity(network, c, bodies.v_0, n)[0] - turn
+            after = normal_velocity(network, c, network.v_free, n)[0] + turn
+            if before < -FAST * fall and found.gap[c] < -dt * after:
+                network.b[c, 0] = turn
+
+
 @kernel("void(int64, int64, int64, int64)")
 def keep_part(found_at, contacts_at, network_at, parts_at):
     """Add up the impulses of the contacts in the parts of a step before its last one, those of impacts with them."""

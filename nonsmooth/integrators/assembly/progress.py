@@ -128,6 +128,7 @@ class Progress(Block):
     is_examined: int  # whether some were doubtful
     has_verdicts: int  # whether a paradox was found in one
     is_strict: int  # whether a step that misses its tolerance ends the run
+    lands_whole: int  # whether what lands in a step has its whole impulse in it
     has_restitution: int
     has_impact_law: int  # whether impacts follow another law than Newton's
     has_laws: int  # whether friction varies with the slip

@@ -24,6 +24,7 @@ from nonsmooth.integrators.assembly.divided import (
     ask_of_landings,
     begin_next_part,
     is_taken_again,
+    land_whole,
 )
 from nonsmooth.integrators.assembly.doubtful import find_doubtful
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
@@ -246,6 +247,8 @@ def find(progress, places, network, d):
     prepare(places, d)
     if progress.divisions > 0:
         ask_of_landings(places.bodies, places.found, places.network, dt, progress.whole, progress.lets_in)
+    elif progress.lands_whole == 1:
+        land_whole(places.bodies, places.found, places.network, dt)
     approach = view(places.solver, Solver).approach
     ask_of_wandering(places.bodies, places.found, places.contacts, places.network, dt, approach)
     hold_closed(places.bodies, places.found, places.network, places.solver, dt, progress.tight)

@@ -167,6 +167,7 @@ class Assembly(InMotion):
 
     handed: ClassVar[tuple[str, ...]] = PLACES
     kept: ClassVar[tuple[str, ...]] = CARRIED
+    own_stages: ClassVar[tuple[Kernel, ...]] = ()  # of one kind of steps alone
 
     def __init__(
         self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, springs: Springs, drives: Drives,
@@ -183,7 +184,7 @@ class Assembly(InMotion):
         rare += (leave_out_ignored,) if joints.apart else ()
         rare += (take_friction, update_friction) if surfaces.has_laws else ()
         may_divide = not surfaces.is_compliant and int(bodies.motion.moves.sum()) < HEAP
-        rare += OF_PARTS if may_divide else ()
+        rare += (OF_PARTS if may_divide else ()) + self.own_stages
         rare += (write_springs,) if springs.count else ()
         rare += (write_drives,) if drives.count else ()
         rare += (book_reactions,) if drives.count or joints.count else ()
