@@ -17,6 +17,7 @@ SCENES = {
     "BoxStack": "box_stack",
     "CarOnBump": "car_on_bump",
     "CardHouse": "card_house",
+    "ChalkOnBoard": "chalk_on_board",
     "Conveyor": "conveyor",
     "CrankInSlot": "crank_in_slot",
     "DominoRow": "domino_row",

@@ -21,6 +21,7 @@ from models.scenes.block_on_incline import BlockOnIncline as BlockOnIncline
 from models.scenes.box_stack import BoxStack as BoxStack
 from models.scenes.car_on_bump import CarOnBump as CarOnBump
 from models.scenes.card_house import CardHouse as CardHouse
+from models.scenes.chalk_on_board import ChalkOnBoard as ChalkOnBoard
 from models.scenes.conveyor import Conveyor as Conveyor
 from models.scenes.crank_in_slot import CrankInSlot as CrankInSlot
 from models.scenes.domino_row import DominoRow as DominoRow
