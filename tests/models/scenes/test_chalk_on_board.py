@@ -1,6 +1,5 @@
 """Chalk on a board: p, the critical azimuth and friction of its closed form, as classified and in runs."""
 
-
 import numpy as np
 import pytest
 
