@@ -42,8 +42,10 @@ class ChalkOnBoard:
         Of the push [m/s].
     F : float
         Force of the hand towards the board [N].
-    m, l, r : float
-        Mass [kg], length between the middles of the rounded ends, and their radius [m].
+    m : float
+        Mass [kg].
+    l, r : float
+        Length between the middles of the rounded ends, and their radius [m].
 
     Raises
     ------
@@ -64,9 +66,9 @@ class ChalkOnBoard:
     phi: float = 0.0  # of the push, from straight ahead [rad]
     speed: float = 0.5  # of the push [m/s]
     F: float = 1.0  # of the hand, towards the board [N]
-    m: float = 0.01  # [kg]
-    l: float = 0.08  # between the middles of the ends [m]
-    r: float = 0.004  # of the ends [m]
+    m: float = 0.01  # mass [kg]
+    l: float = 0.08  # length between the middles of the ends [m]
+    r: float = 0.004  # radius of the ends [m]
 
     name = "chalk-on-board"
     source = "after Champneys, Várkonyi, IMA J. Appl. Math. 81 (2016) 538"
