@@ -27,7 +27,7 @@ from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.joint_friction import PinFriction
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.shapes import Sphere
+from nonsmooth.scenes.shapes import Capsule, Sphere
 
 CRANK_AXIS, FOLLOWER_AXIS = np.array((0.0, 0.0, 1.0)), np.array((0.0, -1.0, 0.0))  # defined
 
@@ -160,15 +160,28 @@ class SpatialFourBar:
     def scene(self) -> Scene:
         """The machine at its start."""
         scene = Scene(gravity=(0.0, 0.0, 0.0))
-        frame = scene.fixed(Sphere(0.1 * self.r), name="frame")
+        frame = scene.fixed(Sphere(0.5 * self.r), name="frame")
         P, Q = self.points()
-        of_crank = self.rate * CRANK_AXIS
-        of_follower = self.transmission() * self.rate * FOLLOWER_AXIS
-        for name, at, axis, spin, I, mu in (
-            ("crank", np.zeros(3), CRANK_AXIS, of_crank, self.I_A, self.mu_A),
-            ("follower", np.array((self.D, 0.0, 0.0)), FOLLOWER_AXIS, of_follower, self.I_C, self.mu_C),
+        tau, psi = self.transmission(), self.psi()
+        for name, at, axis, end, angle, length, rate, I, mu in (
+            ("crank", np.zeros(3), CRANK_AXIS, P, self.theta, self.A, self.rate, self.I_A, self.mu_A),
+            (
+                "follower",
+                np.array((self.D, 0.0, 0.0)),
+                FOLLOWER_AXIS,
+                Q,
+                psi,
+                self.C,
+                tau * self.rate,
+                self.I_C,
+                self.mu_C,
+            ),
         ):
-            scene.body(Sphere(self.r), mass=1.0, inertia=I * np.eye(3), position=at, spin=spin, name=name)
+            scene.body(  # an arm along x of its frame, with its centre of mass on the axis
+                Capsule(length, 0.3 * self.r), mass=1.0, inertia=I * np.eye(3), centre=(-0.5 * length, 0.0, 0.0),
+                position=0.5 * (at + end), turn=(math.cos(0.5 * angle), *(math.sin(0.5 * angle) * axis)),
+                spin=rate * axis, name=name,
+            )  # fmt: skip
             friction = PinFriction(mu, self.r) if mu > 0.0 else None
             hinge = scene.hinge(frame, name, at=at, axis=axis, friction=friction, name=name)
             if name == "crank" and self.T != 0.0:

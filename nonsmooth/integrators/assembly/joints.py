@@ -166,19 +166,37 @@ def turn_of_arm(bodies, b, arm, k, d):
 
 
 @kernel
-def softness_of(joints, bodies, k, dt):
-    """R of block k of rows: of a joint in a loop, as its bodies move by more than they fall in a step; it is none
-    at rest."""
+def largest_changes(bodies, fall):
+    """The squares of what a step without joints and contacts changes of a velocity and of a turning rate, at most; of
+    the first the fall in the step at least."""
+    d, of_place, of_turn = bodies.gravity.shape[0], fall * fall, 0.0
+    for b in range(bodies.mass.shape[0]):
+        place, turn = 0.0, 0.0
+        for x in range(bodies.v_0.shape[1]):
+            change = bodies.v_free[b, x] - bodies.v_0[b, x]
+            if x < d:
+                place += change * change
+            else:
+                turn += change * change
+        of_place, of_turn = max(of_place, place), max(of_turn, turn)
+    return of_place, of_turn
+
+
+@kernel
+def softness_of(joints, bodies, k, changes):
+    """R of block k of rows: of a joint in a loop, as its bodies move by more than a step from rest would let bodies
+    move; it is none at rest, so that what friction holds does not creep."""
     if joints.is_looped[k] == 0:
         return 0.0
-    v, d, square, lightness, fall = bodies.v_0, bodies.gravity.shape[0], 0.0, 0.0, fall_of(bodies, dt)
+    v, d, square, lightness, s = bodies.v_0, bodies.gravity.shape[0], 0.0, 0.0, joints.lever[k]
+    rest = max(changes[0], s * s * changes[1])
     for b in (joints.i[k], joints.j[k]):
         if bodies.motion.moves[b] == 1:
             lightness += 1.0 / bodies.mass[b]
         for x in range(v.shape[1]):
-            speed = v[b, x] if x < d else joints.lever[k] * v[b, x]
+            speed = v[b, x] if x < d else s * v[b, x]
             square += speed * speed
-    return LOOP_SOFTNESS * lightness * square / (square + fall * fall) if square > 0.0 else 0.0
+    return LOOP_SOFTNESS * lightness * square / (square + rest) if square > 0.0 else 0.0
 
 
 @kernel
@@ -242,10 +260,11 @@ def write_joints(joints_at, bodies_at, found_at, contacts_at, network_at, is_imp
     """
     joints, bodies, found = view(joints_at, Joints), view(bodies_at, Bodies), view(found_at, Found)
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
+    changes = largest_changes(bodies, fall_of(bodies, dt))
     for c in range(first_joint(found, network), network.n_c):
         if is_impact == 0:
             found.gap[c] = 0.0
-            network.soft[c] = softness_of(joints, bodies, block_of(joints, found.key[c]), dt)
+            network.soft[c] = softness_of(joints, bodies, block_of(joints, found.key[c]), changes)
             write_law_of_joint(joints, bodies, found, c, contacts, network, network.b.shape[1])
         else:
             place_joint(joints, bodies.motion, found, c)

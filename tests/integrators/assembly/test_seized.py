@@ -137,6 +137,15 @@ def test_the_curvature_of_the_four_bar_is_the_derivative_of_its_transmission():
     assert with_rate.forces()[0] * p == pytest.approx((ahead - back) / (2 * step), rel=1e-8)
 
 
+@pytest.mark.parametrize("T", [20.0, 200.0])
+def test_a_machine_that_stands_seized_does_not_creep(T):
+    """Its joints are a loop, which is soft where it moves and rigid where a torque finds it at rest."""
+    model = SpatialFourBar(T=T)
+    sol = ns.simulate(model.scene(), (0, 1.0), integrator=ns.MoreauJean(dt=1e-3), every=500)
+    angle = sol.joint("crank").angle
+    assert abs(angle[2] - angle[1]) < 1e-12 and sol["crank"].spin[-1, 2] == pytest.approx(0, abs=1e-12)
+
+
 def test_a_joint_that_is_no_paradox_costs_no_second_problem():
     """A contraction begins with its loads: the friction of the first problem is that of the last."""
     scene = drawer(3.0, 0.24)  # kappa = 0.96: a fixed point takes 500 problems to 1e-8
