@@ -103,6 +103,9 @@ def test_a_lever_on_a_thick_pin_has_the_accelerations_of_its_quadratic(share, w)
         assert a == pytest.approx(roots[0], rel=1e-3)  # the least load, of first order in dt
 
 
+SOFTNESS = 2e-3  # of p, by joints in a loop: 1e-5 (1/m + 1/m) along the rod, of p h_C >= 0.01 1/kg
+
+
 def crank_acceleration(model, F):
     P, Q = model.points()
     n, circle = (Q - P) / model.B, model.r * model.mu_A / math.hypot(1, model.mu_A)
@@ -112,7 +115,7 @@ def crank_acceleration(model, F):
 
 @pytest.mark.parametrize("T", [20.0, -20.0])
 @pytest.mark.parametrize("rate", [1e-3, -1e-3])
-@pytest.mark.parametrize("theta", [1.0, 2.0, 2.095, 2.1015, 2.102, 2.1023])
+@pytest.mark.parametrize("theta", [1.0, 2.0, 2.095, 2.1005, 2.101, 2.1015, 2.102, 2.1023])
 @pytest.mark.parametrize("mu_A", [0.0, 0.3, 0.7])
 def test_a_spatial_four_bar_has_the_forces_of_its_closed_form(theta, rate, T, mu_A):
     model, dt = SpatialFourBar(theta=theta, rate=rate, T=T, mu_A=mu_A), 1e-7
@@ -123,7 +126,9 @@ def test_a_spatial_four_bar_has_the_forces_of_its_closed_form(theta, rate, T, mu
     assert (len(forces) == 1) == model.is_well_posed()
     if forces:  # the second step: in the first one the loop of joints takes up its softness
         a = (sol["crank"].spin[2, 2] - sol["crank"].spin[1, 2]) / dt
-        assert a == pytest.approx(crank_acceleration(model, forces[0]), rel=1e-3)
+        expected, (p, q) = crank_acceleration(model, forces[0]), model.coefficients()
+        of_rod = abs(expected - T / model.I_A) * SOFTNESS * abs(p) / abs(abs(p) - abs(q))  # F goes as 1/(p +- q)
+        assert abs(a - expected) <= of_rod + 1e-5 * abs(expected)
         assert sol.stats.missed == 0
     else:
         assert abs(sol["follower"].spin[1, 1]) < 1e-9
