@@ -38,8 +38,7 @@ class Machine:
         n, n_k = int(bearings.count), int(bearings.drives)
         self.rows, self.of = bearings.drive[:n_k].copy(), bearings.of[:n].copy()
         self.sign, self.rate = bearings.sign[:n_k].copy(), bearings.rate[:n_k].copy()
-        self.drives = np.array([drive_at(drives, key) for key in assembly.found.key[self.rows]])
-        self.arm = drives.arm[self.drives].copy()
+        self.arm = drives.arm[[drive_at(drives, key) for key in assembly.found.key[self.rows]]]
         above, Q = 3 * n, bearings.Q
         self.answer = Q[:above, :n_k].reshape(n, 3, n_k).copy()  # of bearings to friction
         self.b = Q[:above, -1].reshape(n, 3).copy()
