@@ -280,7 +280,8 @@ def is_ball_drive(drives, k):
 
 @kernel("int64(int64, int64, int64, int64, float64, float64, int64)")
 def rub_joints(drives_at, bodies_at, found_at, network_at, dt, tol, sweeps):
-    """Take the friction of joints at what they bear in a solution; whether that of one changed by more than a part."""
+    """Take the friction of joints at what they bear in a solution; whether that of one changed by more than a part. A
+    joint that sticks within both limits is solved, however much it bears: friction may leave open what holds it."""
     drives, bodies = view(drives_at, Drives), view(bodies_at, Bodies)
     found, network = view(found_at, Found), view(network_at, Network)
     has_changed = 0
@@ -297,6 +298,8 @@ def rub_joints(drives_at, bodies_at, found_at, network_at, dt, tol, sweeps):
                 load = force = drives.arm[k] * size_of(network.P[drives.pin[drives.of[k]]]) / dt
             else:
                 load = force = drives.arm[k] * borne(drives, bodies.motion.x, k, network) / dt
+            if size_of(network.P[c, 1:]) < (1.0 - tol) * min(load, drives.high[k]) * dt:
+                continue
             if abs(load - drives.high[k]) > tol * max(load, drives.high[k]):
                 has_changed = 1
             drives.high[k] = force

@@ -151,6 +151,15 @@ def test_a_machine_that_stands_seized_does_not_creep(T):
     assert abs(angle[2] - angle[1]) < 1e-12 and sol["crank"].spin[-1, 2] == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.parametrize("dt", [1e-3, 1e-4])
+@pytest.mark.parametrize("T", [20.0, -20.0, 2.0])
+@pytest.mark.parametrize("theta", [1.8, 1.95, 2.05, 2.102])
+def test_friction_that_leaves_the_loads_open_is_solved_in_every_step(theta, T, dt):
+    """Where both pins stick within their limits any force of the rod between two fits: one of them is enough."""
+    sol = ns.simulate(SpatialFourBar(theta=theta, T=T).scene(), (0, 50 * dt), integrator=ns.MoreauJean(dt=dt))
+    assert sol.stats.missed == 0
+
+
 def test_a_joint_that_is_no_paradox_costs_no_second_problem():
     """A contraction begins with its loads: the friction of the first problem is that of the last."""
     scene = drawer(3.0, 0.24)  # kappa = 0.96: a fixed point takes 500 problems to 1e-8
