@@ -90,13 +90,17 @@ def _place_of_class(cls: type) -> str | None:
 
 def _place_of_system(system: System) -> str | None:
     """The file and the name of a System, or of one that differs from it in its parameters alone."""
-    own = {name: module for name, module in [*sys.modules.items()] if not name.startswith(("nonsmooth.", "numpy"))}
+    systems = [
+        (module, name, value)
+        for where, module in [*sys.modules.items()]
+        if isinstance(module, ModuleType) and not where.startswith(("nonsmooth.", "numpy"))
+        for name, value in [*vars(module).items()]
+        if isinstance(value, System)
+    ]
     for is_it in (lambda value: value is system, lambda value: _is_same(value, system)):
-        for module in own.values():
-            file = _file_of(module)
-            for name, value in [*vars(module).items()] if file else []:
-                if isinstance(value, System) and is_it(value):
-                    return f"{file}:{name}"
+        for module, name, value in systems:
+            if is_it(value) and (file := _file_of(module)):
+                return f"{file}:{name}"
     return None
 
 

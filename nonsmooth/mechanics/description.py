@@ -85,13 +85,6 @@ class Description:
         """A coordinate as an axis has it: th [rad]."""
         return with_unit(*self.coordinates[place])
 
-    def rate_label(self, place: int) -> str:
-        """A velocity as an axis has it: th' [rad/s]."""
-        if self.velocities:
-            return with_unit(*self.velocities[place])
-        name, unit = self.coordinates[place]
-        return with_unit(f"{name}'", f"{unit}/s" if unit else "")
-
 
 def with_unit(name: str, unit: str) -> str:
     """A name as an axis has it."""

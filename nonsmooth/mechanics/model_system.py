@@ -38,19 +38,6 @@ def as_system(candidate: Any) -> System:
     return _first_of(_Made(made)) if type(made) is System else made
 
 
-def as_planar(candidate: Any, what: str) -> System:
-    """`as_system` for ``what`` takes coordinates with q' = u and friction in one direction alone.
-
-    Raises
-    ------
-    InvalidInput
-        For another system.
-    """
-    system = as_system(candidate)
-    require_planar(system, what)
-    return system
-
-
 def as_rated(candidate: Any, what: str) -> System:
     """`as_system` for ``what`` takes coordinates with q' = u alone.
 

@@ -56,6 +56,7 @@ class Joints(Block):
 
     count: int  # blocks
     apart: int  # such pairs
+    loops: int  # blocks that are in loops
     of: Array[Ints, "n_j"]  # the joint of a block
     begin: Array[Ints, "n_n"]  # and the first block of a joint
     body_i: Array[Ints, "n_n"]  # and its bodies
@@ -74,6 +75,8 @@ class Joints(Block):
     angle: Array[Floats, "n_j"]  # of j against i at the start, in the plane [rad]
     length: Array[Floats, "n_j"]  # of a distance [m]
     is_looped: Array[Ints, "n_j"]  # 1 of a joint in a loop of joints, which may hold what others do
+    machine: Array[Ints, "n_b"]  # the body that stands for all that are joined to one: no others make a joint soft
+    rest: Array[Floats, "n_b", "2"]  # of a step: of that one, the squares of what a step from rest changes
     first: Array[Ints, "n_b + 1"]  # body b passes through other[first[b] : first[b + 1]]: joined to it, or ignored
     other: Array[Ints, "2 * n_p"]
 
@@ -166,30 +169,32 @@ def turn_of_arm(bodies, b, arm, k, d):
 
 
 @kernel
-def largest_changes(bodies, fall):
-    """The squares of what a step without joints and contacts changes of a velocity and of a turning rate, at most; of
-    the first the fall in the step at least."""
-    d, of_place, of_turn = bodies.gravity.shape[0], fall * fall, 0.0
-    for b in range(bodies.mass.shape[0]):
-        place, turn = 0.0, 0.0
+def write_rest(joints, bodies, fall):
+    """The squares of what a step without joints and contacts changes of a velocity and of a turning rate of a machine,
+    at most; of the first the fall in the step at least."""
+    d, rest = bodies.gravity.shape[0], joints.rest
+    for b in range(rest.shape[0]):
+        rest[b, 0], rest[b, 1] = fall * fall, 0.0
+    for b in range(rest.shape[0]):
+        place, turn, of = 0.0, 0.0, joints.machine[b]
         for x in range(bodies.v_0.shape[1]):
             change = bodies.v_free[b, x] - bodies.v_0[b, x]
             if x < d:
                 place += change * change
             else:
                 turn += change * change
-        of_place, of_turn = max(of_place, place), max(of_turn, turn)
-    return of_place, of_turn
+        rest[of, 0], rest[of, 1] = max(rest[of, 0], place), max(rest[of, 1], turn)
 
 
 @kernel
-def softness_of(joints, bodies, k, changes):
-    """R of block k of rows: of a joint in a loop, as its bodies move by more than a step from rest would let bodies
-    move; it is none at rest, so that what friction holds does not creep."""
+def softness_of(joints, bodies, k):
+    """R of block k of rows: of a joint in a loop, as its bodies move by more than a step from rest would let those of
+    its machine move; it is none at rest, so that what friction holds does not creep."""
     if joints.is_looped[k] == 0:
         return 0.0
     v, d, square, lightness, s = bodies.v_0, bodies.gravity.shape[0], 0.0, 0.0, joints.lever[k]
-    rest = max(changes[0], s * s * changes[1])
+    of = joints.machine[joints.i[k] if bodies.motion.moves[joints.i[k]] == 1 else joints.j[k]]
+    rest = max(joints.rest[of, 0], s * s * joints.rest[of, 1])
     for b in (joints.i[k], joints.j[k]):
         if bodies.motion.moves[b] == 1:
             lightness += 1.0 / bodies.mass[b]
@@ -260,11 +265,12 @@ def write_joints(joints_at, bodies_at, found_at, contacts_at, network_at, is_imp
     """
     joints, bodies, found = view(joints_at, Joints), view(bodies_at, Bodies), view(found_at, Found)
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
-    changes = largest_changes(bodies, fall_of(bodies, dt))
+    if is_impact == 0 and joints.loops > 0:
+        write_rest(joints, bodies, fall_of(bodies, dt))
     for c in range(first_joint(found, network), network.n_c):
         if is_impact == 0:
             found.gap[c] = 0.0
-            network.soft[c] = softness_of(joints, bodies, block_of(joints, found.key[c]), changes)
+            network.soft[c] = softness_of(joints, bodies, block_of(joints, found.key[c]))
             write_law_of_joint(joints, bodies, found, c, contacts, network, network.b.shape[1])
         else:
             place_joint(joints, bodies.motion, found, c)

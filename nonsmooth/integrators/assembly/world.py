@@ -201,6 +201,7 @@ class World:
             self._frame(joints, k, joint, rows)
             joints.length[k] = joint.length or 0.0
             joints.is_looped[k] = joint.index in looped
+        joints.loops, joints.machine[:] = joints.is_looped.sum(), machines_of(listed, len(x))
         joints.first[1:] = np.cumsum([len(row) for row in others])
         joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if pairs else []
         return joints
@@ -431,6 +432,15 @@ def looped_joints(listed: list[Joint]) -> set[int]:
             ways.setdefault(first, []).append((k, second))
             ways.setdefault(second, []).append((k, first))
     return found
+
+
+def machines_of(listed: list[Joint], n_b: int) -> list[int]:
+    """Of each body the one that stands for all that are joined to it; through what no impulse moves nothing is."""
+    root: dict[int, int] = {}
+    for joint in listed:
+        if joint.kind != "rope" and joint.a.kind is joint.b.kind is Kind.DYNAMIC:
+            root[root_of(root, joint.a.index)] = root_of(root, joint.b.index)
+    return [root_of(root, body) for body in range(n_b)]
 
 
 def root_of(root: dict[int, int], body: int) -> int:
