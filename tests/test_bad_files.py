@@ -79,6 +79,7 @@ def full_disk():
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_write_that_fails_half_way_leaves_the_old_file_and_nothing_beside_it(name, tmp_path):
     path = tmp_path / name

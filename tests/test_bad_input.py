@@ -615,6 +615,7 @@ def test_the_call_whose_arguments_are_broken_below_works(name):
     call(name)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("name", "changes", "message"), ROWS)
 def test_a_refusal_says_quantity_rule_value_and_cure(name, changes, message):
     with pytest.raises(ns.InvalidInput, match=message) as refusal:

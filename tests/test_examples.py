@@ -41,6 +41,7 @@ def pages_with(pattern):
     return [pytest.param(page, id=page.name) for page in PAGES if pattern.search(page.read_text())]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("module", list(modules_with_examples()))
 def test_examples_of_docstrings_give_what_they_show(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -51,6 +52,7 @@ def test_examples_of_docstrings_give_what_they_show(module, tmp_path, monkeypatc
     assert outcome.attempted == len(written) and outcome.failed == 0  # one that doctest does not find would never run
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("page", pages_with(PYTHON))
 def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -75,6 +77,7 @@ def test_every_command_of_a_page_is_understood(page):
         build_parser().parse_args([" " + word if NEGATIVE.match(word) else word for word in words])
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("page", pages_with(COMMAND))
 def test_commands_of_a_page_run(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

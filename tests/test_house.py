@@ -9,6 +9,8 @@ from numbers import Number
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "nonsmooth"
 AT_THE_TOP = {"__init__.py", "__init__.pyi", "py.typed", "__main__.py", "errors.py", "views.py"}
@@ -102,6 +104,7 @@ def constants():
     return [constant for path in sorted(PACKAGE.rglob("*.py")) for constant in constants_of(path)]
 
 
+@pytest.mark.upkeep
 def test_no_name_of_a_number_stands_in_two_files():
     """What two files read stands once and is imported; what differs has another name, that of its quantity."""
     first = {}
@@ -115,6 +118,7 @@ def test_every_number_with_a_name_says_where_it_comes_from():
     assert silent == []
 
 
+@pytest.mark.upkeep
 def test_no_name_of_a_number_leaves_out_of_what_it_is():
     assert [(c.name, str(c.path)) for c in constants() if c.name in BARE and c.path != ROUNDING] == []
 

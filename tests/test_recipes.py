@@ -111,6 +111,7 @@ else:
 }
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("recipe", EDITS)
 def test_two_files_are_all_that_a_recipe_touches(recipe, tmp_path):
     section = re.search(rf"^## {recipe}\n(.*?)^## ", (ROOT / "CONTRIBUTING.md").read_text(), re.M | re.S)[1]

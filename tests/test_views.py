@@ -44,6 +44,7 @@ def test_a_derived_result_is_drawn_as_its_base():
     assert view(Longer, "plot") is view(nonsmooth.Solution, "plot")
 
 
+@pytest.mark.upkeep
 def test_each_view_that_a_result_asks_for_is_in_the_table():
     """``view(self, "plot")`` within a class, or of a name: the row is there."""
     asked = set()

@@ -36,6 +36,7 @@ def test_period_is_approached_with_first_order_or_better(case):
     assert (errors <= 1.1 * np.array(prototype[case])).all()  # its window of periods is not stated: 10 %
 
 
+@pytest.mark.upkeep
 def test_seizure_orbit_is_approached_with_first_order():
     """Over the steps of the prototype's table: within one of them the error is where in a step the seizure falls."""
     model, exact, transient = CASES["seizure orbit"]

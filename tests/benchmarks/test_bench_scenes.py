@@ -29,6 +29,7 @@ print(np.abs(ours - theirs).max())
 """
 
 
+@pytest.mark.upkeep
 def test_small_scenes_run_side_by_side():
     words = ["scenes", "quick", "S2tilt", "S7", "pyramid", "discs", "growth", "stages", "threads"]
     ended = subprocess.run(
@@ -65,6 +66,7 @@ def test_penetration_is_what_the_upper_cubes_were_lowered_by(depth):
     assert abs(found - depth) < 1e-15
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("package, module, scene", [
     ("mujoco", "mujoco_scenes", "SphereBox(n=8).scene"), ("pybullet", "pybullet_scenes", "SphereBox(n=8).scene"),
     ("pymunk", "pymunk_scenes", "lambda: discs(33)"), ("Box2D", "box2d_scenes", "lambda: discs(33)"),

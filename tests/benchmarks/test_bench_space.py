@@ -9,6 +9,7 @@ from benchmarks import space
 from benchmarks.space import MOTIONS
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", MOTIONS)
 def test_steps_end_where_the_reference_says_as_a_system_and_as_a_scene(name):
     """Of second order as a system; of first where the contact of a scene wanders on a body that tilts."""

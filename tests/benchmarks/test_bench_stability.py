@@ -6,6 +6,7 @@ from benchmarks import stability
 from benchmarks.command import main
 
 
+@pytest.mark.upkeep
 def test_branch_that_is_timed_ends_its_stick_once(monkeypatch, capsys):
     monkeypatch.setattr(stability, "REPEATS", 1)
     monkeypatch.setattr(stability, "VALUES", 2)

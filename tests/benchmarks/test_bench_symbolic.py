@@ -25,6 +25,7 @@ def test_relative_angles_give_the_mass_matrix_of_absolute_ones():
     np.testing.assert_allclose(relative.evaluate(MASS, 0.0, q, q), A.T @ M @ A, rtol=0, atol=1e-12 * np.abs(M).max())
 
 
+@pytest.mark.upkeep
 def test_a_chain_is_derived_and_compiled_within_the_aim():
     """In processor time, 2.2 s and 0.03 s in a quiet hour; other work beside it may double them."""
     derived, compiled, kept = (float(word) for word in symbolic.costs(5, False, True).split(" | "))

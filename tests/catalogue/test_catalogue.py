@@ -91,6 +91,7 @@ def test_catalogue_has_the_objects_of_models():
         _ = catalogue.SpragSlipp
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("is_package", [False, True])
 def test_models_are_found_where_a_file_of_the_user_has_their_name(tmp_path, is_package):
     hider = tmp_path / ("models/__init__.py" if is_package else "models.py")
@@ -168,6 +169,7 @@ def test_models_and_scenes_stand_under_headings(capsys):
     assert "m=2 kg  I=4 kg m^2" in models
 
 
+@pytest.mark.upkeep
 def test_a_scene_of_a_file_is_classified_as_its_system(own, capsys):
     assert main(["classify", "own.py:scene"]) == 0
     assert capsys.readouterr().out.startswith("REGULAR: one solution")

@@ -111,6 +111,7 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
     assert ns.Solution.load(tmp_path / name).success
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -19,6 +19,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("kind", BEGINNINGS)
 def test_the_file_runs_as_it_is_and_every_command_that_it_names_does(kind, folder, capsys):
     if kind == "energies":
@@ -36,6 +37,7 @@ def test_the_file_runs_as_it_is_and_every_command_that_it_names_does(kind, folde
     assert main(["list", f"my_{kind}.py:{name}"]) == 0
 
 
+@pytest.mark.upkeep
 def test_a_scene_in_toml_runs_as_it_is_and_fits_the_schema_beside_it(folder, capsys):
     """It is the scene of the Python file, to rounding."""
     jsonschema = pytest.importorskip("jsonschema")

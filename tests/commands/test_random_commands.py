@@ -14,6 +14,7 @@ PROMPT = 0.5  # s
 SLOW_MACHINE = 2.0  # s, where others share the machine
 
 
+@pytest.mark.upkeep
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")
 @pytest.mark.parametrize(
     ("seed", "n"), [(1, 40), pytest.param(2, 1000, marks=pytest.mark.slow)], ids=["40", "1000"]

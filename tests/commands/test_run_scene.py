@@ -58,6 +58,7 @@ def test_options_that_a_scene_does_not_take_are_refused_by_name(words, message, 
     assert message in said and said.count("\n") == 1
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name, taken", [("auto", "MoreauJean"), ("event-driven", "EventDriven")])
 def test_a_scene_of_a_file_is_integrated_as_its_system_where_it_has_one(name, taken, tmp_path, capsys):
     path = tmp_path / f"by_{taken}.py"

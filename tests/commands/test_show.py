@@ -75,6 +75,7 @@ def test_what_cannot_be_shown_is_told_in_one_line(words, said, folder, capsys):
 BALL_FOR = "run bouncing-ball --set e=0.8 --t-end 0.3 --out ball.npz".split()
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("words", "what", "panels", "load"), [
     (BALL_FOR, "ball", ["energy", "modes"], ns.Solution.load),
     ([*SCENE[:-2], "--out", "stack.npz"], "stack", ["bodies", "accuracy"], lambda file: saved_scene(file)),

@@ -233,6 +233,7 @@ def test_a_message_advises_what_can_be_typed(words, advice, my_model, capsys):
     assert advice in said and "=, " not in said and "=True" not in said
 
 
+@pytest.mark.upkeep
 def test_files_are_named_after_the_model_and_lie_where_the_command_is_typed(my_model, tmp_path):
     for words in (
         "run MODEL --state y=1 --t-end 0.1 --dt 1e-3",

@@ -39,6 +39,7 @@ def across(gamma):
     return (0.4 - 0.45 * v + 0.6 * v**3) / v
 
 
+@pytest.mark.upkeep
 def test_along_its_spring_the_mass_has_the_cycle_of_the_plane_and_two_more_multipliers():
     plane = ns.limit_cycle(BeltOscillator(vb=0.42))
     cycle = ns.limit_cycle(sprung(**LIKE_THE_BELT, k_y=10.0, vx=0.42, vy=0.0), **START)
@@ -50,6 +51,7 @@ def test_along_its_spring_the_mass_has_the_cycle_of_the_plane_and_two_more_multi
     assert np.prod(others) == pytest.approx(np.exp(-integral(cycle, lambda gamma: 0.1 + across(gamma))), rel=1e-6)
 
 
+@pytest.mark.upkeep
 def test_a_cycle_oblique_to_its_springs_closes_and_contracts_as_its_damping_says():
     cycle = ns.limit_cycle(oblique(), **START)
     x = cycle.phases[0].x
@@ -61,6 +63,7 @@ def test_a_cycle_oblique_to_its_springs_closes_and_contracts_as_its_damping_says
     assert least_p(cycle)[0] == pytest.approx(1.0, abs=1e-12)  # the rows of the plane are not coupled
 
 
+@pytest.mark.upkeep
 def test_a_cycle_is_followed_along_a_parameter():
     branch = ns.continue_cycle(oblique(), "vx", [0.42, 0.4225, 0.425], ns.limit_cycle(oblique(), **START))
     other = ns.limit_cycle(oblique(vx=0.425), **START)
@@ -68,6 +71,7 @@ def test_a_cycle_is_followed_along_a_parameter():
     assert np.ptp(branch.cycles[-1].q[:, 0]) < np.ptp(branch.cycles[0].q[:, 0])
 
 
+@pytest.mark.upkeep
 def test_aside_of_its_belt_a_mass_that_would_stick_in_the_plane_slides_past_rest():
     """At 0.2 m/s the mass of the plane sticks for a quarter of a second. Pulled aside at 0.03 m/s it never stops."""
     assert ns.limit_cycle(BeltOscillator(vb=0.2)).stick_duration > 0.2
@@ -78,6 +82,7 @@ def test_aside_of_its_belt_a_mass_that_would_stick_in_the_plane_slides_past_rest
     np.testing.assert_allclose(np.concatenate([sol.q[-1], sol.u[-1]]), x, atol=1e-9)
 
 
+@pytest.mark.upkeep
 def test_what_stops_or_strikes_is_refused_by_name():
     with pytest.raises(ns.InvalidInput, match="sticks; with friction in two directions"):
         ns.limit_cycle(oblique(vx=0.2, vy=0.003), **START)

@@ -63,6 +63,7 @@ def agrees(model, duration):
     return True
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "draw, duration, least",

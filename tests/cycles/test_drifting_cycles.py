@@ -15,6 +15,7 @@ from nonsmooth.cycles.drift import find_drift
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_KIND, EVENT_T, IMPACT
 
 
+@pytest.mark.upkeep
 def test_woodpecker_climbs_down_by_the_drift_of_its_cycle():
     """A long run tends to it by the largest multiplier: 0.84 from one period to the next, with a minus."""
     toy = Woodpecker()
@@ -157,6 +158,7 @@ def steady_load(t, q, u, p, N):
 DRY = {"tangent": under_it, "normal_force": steady_load, "contacts": [ns.Contact(mu=0.3, normal_force=True)]}
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("duration", [60.0, 100.0, 140.0, 160.0, 185.0, 220.0])
 @pytest.mark.parametrize(("bodies", "change"), [(1, {}), (1, {"W": 0.4, "k": 2.0}), (1, {"c": 0.11}), (2, {"m2": 0.6})])
 def test_a_transient_that_decays_towards_steady_turning_is_no_cycle(duration, bodies, change):
@@ -291,6 +293,7 @@ def heavier_below(t, q, u, p, h):
     h[2] = -moment - p.mS * g * p.lG
 
 
+@pytest.mark.upkeep
 def test_a_coordinate_that_goes_on_while_the_system_changes_with_it_is_named():
     toy = Woodpecker()
     system = dataclasses.replace(toy.system(), force=heavier_below, stiffness=None, potential=None)

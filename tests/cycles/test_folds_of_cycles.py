@@ -52,6 +52,7 @@ def branch():
         oscillator(), ([1.7], [0.0]), duration=200.0))  # fmt: skip
 
 
+@pytest.mark.upkeep
 def test_branch_goes_round_the_fold_where_stable_and_unstable_cycles_meet(branch):
     (fold,) = [change for change in branch.changes if change.kind == "fold"]
     # averaging errs in the second order of the damping's parts, (b a^2)^2 = 0.01
@@ -89,6 +90,7 @@ def test_branch_that_shrinks_to_a_rest_ends_there_and_is_no_fold(branch):
     assert end.kind == "end" and "rest" in end.message
 
 
+@pytest.mark.upkeep
 def test_cycle_leaves_the_paradoxical_states_where_its_greatest_angle_is_that_of_zero_inertia():
     """Sprag-slip rod, set 1: M+ = 0 at th = 0.850692310; the cycle shrinks as the damper grows."""
     rod = SpragSlip.set_1(cth=3.0)
@@ -172,6 +174,7 @@ def speed_where_the_sliding_cycle_grazes(p):
     return brentq(comes_short, 2.0, 4.0, xtol=1e-11)
 
 
+@pytest.mark.upkeep
 def test_a_stick_slip_cycle_beside_stable_sliding_meets_the_unstable_one_at_the_cycle_that_grazes():
     values = [2.6, 2.8, 3.0, 3.2]
     branch = ns.continue_cycle(belt(), "v", values, state=([0.4], [2.6]), duration=300.0)
@@ -192,6 +195,7 @@ def test_a_stick_slip_cycle_beside_stable_sliding_meets_the_unstable_one_at_the_
         assert 0.5 * np.ptp(run.q[late, 0]) == pytest.approx(ends, abs=0.2)
 
 
+@pytest.mark.upkeep
 def test_the_branch_turns_where_the_unstable_cycle_begins_to_stick_too():
     stable = ns.limit_cycle(belt(v=3.0), ([0.4], [3.0]), duration=300.0)
     branch = ns.continue_cycle(belt(), "v", [3.0, 3.2], cycle=stable)
@@ -202,6 +206,7 @@ def test_the_branch_turns_where_the_unstable_cycle_begins_to_stick_too():
     assert back.cycles[-1].period == pytest.approx(stable.period, rel=1e-8) and back.cycles[-1].stick_duration > 0
 
 
+@pytest.mark.upkeep
 def test_a_smooth_fold_beside_stable_sliding_is_gone_round():
     """The quintic oscillator on a belt that is faster than it ever is: Coulomb's force is constant."""
     fast = ns.System(

@@ -43,6 +43,7 @@ def cycle_of(belt):
     return ns.limit_cycle(belt, start, duration=60.0)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("vb", STICK_SLIP)
 def test_stick_slip_cycles_of_the_belt_are_the_printed_ones(vb):
     belt = BeltOscillator(vb=vb)
@@ -140,6 +141,7 @@ def test_load_below_which_the_mass_lifts_off_is_the_printed_one(coupled):
     assert model.lift_off_load(highest) == pytest.approx(399.1795, abs=6e-5)
 
 
+@pytest.mark.upkeep
 def test_branch_ends_where_the_contact_is_lost_and_says_so(coupled):
     branch = ns.continue_cycle(ModeCoupling(mu=0.6), "R", [1000.0, 420.0, 400.0, 390.0], coupled)
     assert branch.values.tolist() == [1000.0, 420.0, 400.0]
@@ -147,6 +149,7 @@ def test_branch_ends_where_the_contact_is_lost_and_says_so(coupled):
     assert branch.changes[-1].kind == "end" and "normal force" in branch.changes[-1].message
 
 
+@pytest.mark.upkeep
 def test_cycle_that_loses_its_contact_is_refused():
     with pytest.raises(ns.InvalidInput, match="normal force"):
         ns.limit_cycle(ModeCoupling(mu=0.6, R=380.0), duration=30.0, dt=5e-4)
@@ -202,6 +205,7 @@ def test_cycle_of_another_speed_starts_from_a_near_one_and_refuses_where_stick_i
         ns.limit_cycle(BeltOscillator(vb=0.40), cycle)
 
 
+@pytest.mark.upkeep
 def test_branch_ends_its_stick_where_the_cycle_grazes_from_both_sides():
     speeds = np.array([0.39, 0.398])
     up = ns.continue_cycle(BeltOscillator(), "vb", speeds, cycle_of(BeltOscillator(vb=0.39)))

@@ -300,6 +300,7 @@ def test_the_jump_of_a_seizure_is_drawn_in_every_phase_plane():
     assert faults(figure) == []
 
 
+@pytest.mark.upkeep
 def test_stick_time_is_zero_where_sticking_ends():
     start = ns.limit_cycle(BeltOscillator(vb=0.36))
     found = ns.continue_cycle(BeltOscillator(), "vb", [0.36, 0.38, 0.42], start)
@@ -308,6 +309,7 @@ def test_stick_time_is_zero_where_sticking_ends():
     assert np.interp(end, *line.get_data()) == 0.0 < np.interp(end - 1e-3, *line.get_data())
 
 
+@pytest.mark.upkeep
 def test_a_change_that_is_not_located_has_no_value_of_its_own(capsys):
     """Beyond 0.4472 m/s there is no cycle: the end lies between two values; the end of stick was solved."""
     assert main("study cycle belt-oscillator --axis vb=0.35:0.5:4 --no-plot --json".split()) == 0

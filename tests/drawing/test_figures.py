@@ -178,6 +178,7 @@ def test_a_default_run_moves_and_changes_its_mode(model):
     assert np.ptp(solution.q, axis=0).max() > 0.1 and len(np.unique(solution.mode[1:])) > 1
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of the slider-crank
 @pytest.mark.parametrize("name", sorted(model_entries()))
 def test_no_letter_of_a_run_stands_outside_or_over_another_and_every_axis_has_a_unit(name):
@@ -240,6 +241,7 @@ def test_a_picture_needs_a_model_with_a_shape(ball, tmp_path):
         without_model(loaded).picture()
 
 
+@pytest.mark.upkeep
 def test_an_animation_has_a_frame_for_each_instant_and_a_white_ground(ball, tmp_path):
     from PIL import Image
 
@@ -364,6 +366,7 @@ def test_an_energy_has_its_colour_whatever_other_terms_there_are(ball, seizing_r
     assert len(shared) >= 3 and all(one[name] == other[name] for name in shared)
 
 
+@pytest.mark.upkeep
 def test_works_that_grow_do_not_flatten_the_energies(ball):
     """A belt works as long as it runs while the oscillator keeps its energy: each has axes; those of a ball are one."""
     belt = BeltOscillator(vb=0.2)

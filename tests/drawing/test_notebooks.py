@@ -37,6 +37,7 @@ def size_of(data):
     return Image.open(io.BytesIO(base64.b64decode(data))).size
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", ["rod.ipynb", "boxes.ipynb"])
 def test_each_cell_of_a_notebook_shows_its_image_animation_or_player_without_a_magic_line(name, tmp_path):
     shown = executed(name, tmp_path)

@@ -138,6 +138,7 @@ def drawn_points(axes):
     return np.array([line.get_xydata()[0] for line in lines]).reshape(-1, 2)
 
 
+@pytest.mark.upkeep
 def test_a_state_of_several_contacts_is_drawn_as_forces_in_their_cones():
     case = rods_on_the_ground([6.0, 6.0])
     figure = case.plot(title="two rods")
@@ -157,6 +158,7 @@ def test_a_state_without_forces_shows_its_cones_and_says_so():
     assert "inconsistent: no forces fit" in figure.get_suptitle() and not len(drawn_points(figure.axes[0]))
 
 
+@pytest.mark.upkeep
 def test_of_many_contacts_and_solutions_the_first_have_names():
     figure = rods_on_the_ground([6.0] * 7).plot()
     assert "6 of 7 closed contacts" in figure.get_suptitle() and "128 sets" in figure.get_suptitle()
@@ -184,6 +186,7 @@ def test_a_contact_alone_that_slides_is_drawn_as_a_line_and_a_corner(tmp_path):
     assert "no contact is closed" in ns.classify(arm, 0.0, *arm.state()).plot().axes[0].texts[0].get_text()
 
 
+@pytest.mark.upkeep
 def test_a_copy_of_a_classification_in_another_process_is_drawn_too():
     case = pickle.loads(pickle.dumps(rods_on_the_ground([6.0])))
     assert case.plot().axes[0].get_xlabel() == "$\\lambda_N$ [N]"

@@ -156,6 +156,7 @@ def images_of(path):
     return rate, np.frombuffer(raw, np.uint8).reshape(-1, int(height), int(width), 3).astype(int)
 
 
+@pytest.mark.upkeep
 @with_ffmpeg
 def test_an_mp4_shows_the_motion_at_its_frames_a_second(tmp_path):
     rate, images = images_of(thrown_disc().animate(tmp_path / "disc.mp4", fps=50))

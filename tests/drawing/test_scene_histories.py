@@ -38,6 +38,7 @@ def thrown():
     return ns.simulate(scene, (0, 0.4), integrator=ns.MoreauJean(dt=1e-3))
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", sorted(scene_entries()))
 def test_no_letter_of_a_run_stands_outside_or_over_another_and_every_axis_has_a_unit(name):
     assert faults(short_run(name).plot()) == []
@@ -65,6 +66,7 @@ def test_a_scene_of_one_material_says_its_friction_and_one_of_several_does_not(t
     assert thrown.scene.parameter_values == {"g": 9.81}
 
 
+@pytest.mark.upkeep
 def test_a_curve_is_the_speed_of_the_body_and_a_colour_means_what_it_means_of_models(thrown):
     figure = thrown.plot()
     (line,) = panel(figure, "speed").lines

@@ -126,6 +126,7 @@ def test_options_that_cannot_be_are_refused(row):
             replace(row.integrator, **wrong)
 
 
+@pytest.mark.upkeep
 @every_integrator
 def test_ctrl_c_stops_with_what_was_computed(row):
     fine = (

@@ -136,6 +136,7 @@ class Wedge(NamedTuple):
     a: float = 0.0  # [m/s^2]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", METHODS, ids=NAMES)
 @pytest.mark.parametrize("kinds", [(True, True), (True, False), (False, False)])
 def test_two_rough_contacts_without_load_hold_a_particle_at_rest(kinds, integrator):

@@ -234,6 +234,7 @@ def test_a_global_that_the_law_reads_is_read_anew(monkeypatch):
     assert second.u[-1, 0] == pytest.approx(speed_left(0.1, mu=0.2), abs=1e-12)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(
     "integrator", [ns.MoreauJean(dt=1e-3), ns.Adaptive()], ids=lambda method: type(method).__name__
 )

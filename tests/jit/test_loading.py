@@ -38,6 +38,7 @@ for kernel in (direction, longest_step):
 """
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("case", "read_from_disk"), [("two", [0, 1]), ("alone", [0, 0]), ("broken", [0, 0])])
 def test_what_the_other_process_compiled_is_read_from_disk(tmp_path, case, read_from_disk):
     environment = {**os.environ, "NONSMOOTH_CACHE_DIR": str(tmp_path)}
@@ -120,6 +121,7 @@ def leave_a_ring():
         return weakref.ref(Ring())
 
 
+@pytest.mark.upkeep
 def test_garbage_of_a_compilation_is_left_to_the_next_collection(monkeypatch):
     monkeypatch.setattr(cache, "_count_aside", 0)
     ring = leave_a_ring()

@@ -256,6 +256,7 @@ def velocity(system):
     return ns.simulate(system, **run).u[-1, 0]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("edits", "compiled"), [(60, 3), pytest.param(500, 40, marks=pytest.mark.slow)])
 def test_a_random_edit_changes_the_key_and_the_same_text_keeps_it(edits, compiled, tmp_path):
     rng = random.Random(edits)

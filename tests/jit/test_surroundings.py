@@ -36,6 +36,7 @@ def test_processes_with_and_without_numba_have_one_key(tmp_path):
     assert told(tmp_path).strip().split("\n") == list(surroundings())
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("option", "value"), [
     ("NUMBA_OPT", "1"), ("NUMBA_BOUNDSCHECK", "1"), ("NUMBA_ENABLE_AVX", "0"), ("NUMBA_CPU_NAME", "generic"),
     ("NUMBA_DISABLE_INTEL_SVML", "1"), ("NUMBA_SLP_VECTORIZE", "1"),

@@ -33,6 +33,7 @@ def test_published_problems_are_solved(families, name):
     assert result.solver in result.message
 
 
+@pytest.mark.upkeep
 @few
 @given(seeds, st.integers(1, 7), st.sampled_from([1.0, 1e12, 1e-12]))
 def test_every_general_solver_finds_the_one_solution_of_a_p_matrix(seed, n, scale):

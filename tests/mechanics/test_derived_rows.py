@@ -162,6 +162,7 @@ def differences(f, x, step=2.0**-9):
     return sum(c * (f(x + k * step) - f(x - k * step)) for k, c in weights.items()) / step
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("gap", [smooth, branches, tabulated, closed_over(1.7), numba.njit(smooth)])
 @pytest.mark.parametrize("q", [(0.35, 0.6), (0.21, 0.9), (0.9, 0.4), (0.05, 0.7)])
 def test_gaps_with_branches_tables_powers_and_helpers_are_differentiated_to_rounding(gap, q):

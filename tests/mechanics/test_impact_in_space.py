@@ -76,6 +76,7 @@ def test_impacts_without_collision_of_the_rod_agree_with_an_integration_in_the_i
     np.testing.assert_allclose(found.gamma, gamma + G @ found.impulse, atol=1e-13)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("law", LAWS)
 def test_random_collisions_agree_with_an_integration_in_the_impulse(law):
     rng, met = np.random.default_rng(4), 0

@@ -67,6 +67,7 @@ def arrays():
     }
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("functions", [lambdified, arrays])
 def test_motion_of_functions_that_return_is_that_of_functions_that_write(functions):
     given = {"q0": [1.0, 0.4], "u0": [0.0, 0.3], "integrator": ns.MoreauJean(dt=1e-3)}
@@ -113,6 +114,7 @@ def refused(message, **changes):
         ns.simulate(system(**changes), (0, 0.1), [1.0, 0.4], [0.0, 0.3], integrator=ns.MoreauJean(dt=1e-2))
 
 
+@pytest.mark.upkeep
 def test_other_shapes_and_nothing_returned_are_refused():
     def nothing(t, q, u, p):
         h = np.zeros(2)

@@ -297,6 +297,7 @@ def evaluate(model, which, t, q, u, p, out):
 
 
 # the functions of BilateralRod are those of PainleveRod
+@pytest.mark.upkeep
 @pytest.mark.parametrize("model", [m for m in MODELS if not isinstance(m, BilateralRod)], ids=name)
 def test_compiled_functions_agree_with_the_interpreted_ones(model):
     system = model.system()

@@ -37,6 +37,7 @@ def direction(phi, psi):
     return -np.array([math.cos(psi + phi), math.sin(psi + phi), 0.0])
 
 
+@pytest.mark.upkeep
 def test_closed_forms_are_those_of_newton_and_euler():
     for th, phi, thdot, psidot, psi in states(2000):
         d, la_N = direction(phi, psi), 3.0

@@ -51,6 +51,7 @@ def classified(G, c, mu, slip=(0.0, 0.0)):
 COUPLED = [[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("angle", [0.0, 0.7, 1.4, 2.5, -2.0])
 @pytest.mark.parametrize("b", [-1.0, 0.5])
 def test_p_along_the_slide_decides_how_many_forces_there_are(angle, b):
@@ -69,6 +70,7 @@ def test_p_along_the_slide_decides_how_many_forces_there_are(angle, b):
             np.testing.assert_allclose(solution.la[0, 1:], -2.0 * solution.la[0, 0] * d, rtol=1e-12)
 
 
+@pytest.mark.upkeep
 def test_a_state_that_is_open_has_its_free_motion():
     system = of_matrix(np.eye(3), np.array([-1.0, 0.2, 0.3]), 0.5)
     c = ns.classify(system, 0.0, [1.0, 0, 0], [0, 0, 0])
@@ -202,6 +204,7 @@ def kind_of_slide(G, c, la):
     return "its direction" if slope_of_turning(G, c, la) > 0 else "nothing"
 
 
+@pytest.mark.upkeep
 def test_slides_from_rest_are_tagged_as_a_stiff_contact_leaves_them_or_not():
     """Two random contacts of each kind, against an independent integration of their springs."""
     rng, met = np.random.default_rng(12), {"its force": 0, "its direction": 0, "nothing": 0}
@@ -318,6 +321,7 @@ class Coupled:
         return int((fits & np.roll(fits, -1) & (across * np.roll(across, -1) < 0)).sum())
 
 
+@pytest.mark.upkeep
 def test_one_that_rests_among_sliding_ones_has_the_solutions_of_all_directions():
     rng, several, none, complete = np.random.default_rng(5), 0, 0, 0
     models = [model for model in (Coupled(rng) for _ in range(400)) if model.is_mass]

@@ -35,6 +35,7 @@ def check_against_brute_force(c, G, free, mu, slip, kinds, brute_force):
     return len(found)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("kinds", ["u", "b", "uu", "ub", "bb", "uuu", "ubu"])
 def test_enumeration_agrees_with_brute_force_over_all_modes(kinds, references):
     make, randomise, brute_force = references

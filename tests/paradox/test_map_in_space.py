@@ -89,6 +89,7 @@ def test_boundaries_over_azimuth_and_spin_are_straight():
     assert len(curves.crossings["p", "b"]) == 4
 
 
+@pytest.mark.upkeep
 def test_a_map_of_states_at_rest_counts_all_slides():
     """A contact by its G whose cone has up to three solutions at rest, over two components of its load."""
     G = np.array([[1.0, 0.8, 0.3], [0.8, 1.5, 0.1], [0.3, 0.1, 0.7]])

@@ -27,6 +27,7 @@ def grows(P, c, seed):
     return np.linalg.norm(sol.y[:, -1]) > np.linalg.norm(sol.y[:, 0])
 
 
+@pytest.mark.upkeep
 def test_tag_agrees_with_the_motion_of_a_stiff_contact():
     # between 0.8 and 1.25 times the least damping the verdict turns; random matrices of two and three contacts
     rng = np.random.default_rng(3)

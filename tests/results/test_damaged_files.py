@@ -583,6 +583,7 @@ def trial(folder, names, count, seed):
 needs_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc/self/status")
 
 
+@pytest.mark.upkeep
 @needs_linux
 @pytest.mark.parametrize("seed", [0])
 def test_no_damaged_file_is_read_to_other_numbers_crashes_hangs_or_takes_gigabytes(tmp_path, seed):

@@ -40,6 +40,7 @@ def read(path, **options):
         return ns.Solution.load(path, **options)
 
 
+@pytest.mark.upkeep
 @of_endings
 def test_a_system_of_a_module_is_found_with_the_parameters_of_the_run(tmp_path, ending):
     fresh = run(BALL.with_parameters(g=5.0))
@@ -53,6 +54,7 @@ def test_a_system_of_a_module_is_found_with_the_parameters_of_the_run(tmp_path, 
     assert found.summary() == fresh.summary()
 
 
+@pytest.mark.upkeep
 @of_endings
 @pytest.mark.parametrize("integrator", [ns.Adaptive(), ns.EventDriven()], ids=["adaptive", "events"])
 def test_the_motion_of_chosen_steps_is_that_of_the_run(tmp_path, ending, integrator):
@@ -103,6 +105,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.upkeep
 @of_endings
 def test_a_model_of_a_users_file_is_run_only_where_it_is_asked_for_and_the_numbers_are_there_without(tmp_path, ending):
     script, saved = tmp_path / "dropped_model.py", tmp_path / f"run.{ending}"

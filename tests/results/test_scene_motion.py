@@ -89,6 +89,7 @@ def test_an_impact_reaches_what_is_loaded_or_joined_with_what_is_struck_and_no_f
     assert not struck_bodies(after, after, np.array([[2, 3]]), moves).any()
 
 
+@pytest.mark.upkeep
 def test_a_state_between_records_is_one_to_classify():
     scene = thrown(height=0.5)
     scene.fixed(ns.HalfPlane((0, 1)), name="ground")
@@ -135,6 +136,7 @@ def test_events_of_the_user_are_located_to_rounding_on_a_parabola(integrator):
     assert sol.t_events[0] == pytest.approx([math.sqrt(2 * 0.3 / G)], rel=1e-9)
 
 
+@pytest.mark.upkeep
 def test_events_of_the_user_are_located_to_second_order_in_space():
     def upside_down(t, bodies):
         return bodies["box"].turn[0] - 0.5

@@ -134,6 +134,7 @@ def test_what_counts_is_what_touches_at_once(integrator, tolerance):
     assert len(impacts) == 5
 
 
+@pytest.mark.upkeep
 def test_contacts_that_share_nothing_are_decided_apart():
     """Sixteen blocks side by side, at rest: one at once."""
     u0 = np.zeros(32)

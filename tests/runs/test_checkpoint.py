@@ -63,6 +63,7 @@ def test_a_run_that_streams_to_a_file_has_the_bits_of_one_in_memory(small, tmp_p
     assert streamed.success and bits(streamed) == bits(ns.simulate(*arguments, **options))
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name, bits):
     arguments, options = RUNS[name]
@@ -85,6 +86,7 @@ for name, (arguments, options) in RUNS.items():
 """
 
 
+@pytest.mark.upkeep
 def test_a_run_begun_in_another_process_goes_on_to_the_same_bits_in_this_one(tmp_path, bits):
     """Addresses of compiled functions are of the process that began; they must not be taken from its file."""
     paths = os.pathsep.join(filter(None, [os.path.dirname(__file__), *sys.path]))

@@ -179,6 +179,7 @@ def of_bowl():
                      surface_velocity=turning, contacts=[ns.Contact(mu="mu", directions=2)])  # fmt: skip
 
 
+@pytest.mark.upkeep
 def test_a_particle_in_a_turning_bowl_sticks_and_goes_round():
     """It sticks where |g tan a - omega^2 r| <= mu (g + omega^2 r tan a), tan a = c r: held at r = 0.3 m by friction."""
     p, r = Bowl(), 0.3
@@ -437,6 +438,7 @@ def test_the_interpreter_takes_the_same_steps(monkeypatch):
     assert spin_stool(5e-3, t_end=0.1).q.tobytes() == compiled.q.tobytes()
 
 
+@pytest.mark.upkeep
 def test_checkpoints_files_and_sweeps_have_the_same_bits(tmp_path):
     whole = spin_stool(2e-3, t_end=0.4)
     with pytest.raises(ns.BudgetSpent):

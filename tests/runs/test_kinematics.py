@@ -212,6 +212,7 @@ def test_the_normal_that_is_left_out_is_the_gradient_along_the_kinematics():
     np.testing.assert_allclose(W, expected, atol=1e-13)
 
 
+@pytest.mark.upkeep
 def test_a_pendulum_on_a_ball_joint_bounces_on_a_floor():
     tilt = 0.9  # rad, well above the floor
     q = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]

@@ -66,6 +66,7 @@ def run(system, **options):
     return ns.simulate(system, (0, 0.1), [0.0, 0.0], [1.0, 0.0], integrator=integrator, **options)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("breaks", [writes_nan, raises])
 @pytest.mark.parametrize(
     ("name", "is_fast"), [*((name, False) for name in FUNCTIONS), ("force", True), ("gap", True), ("tangent", True)]
@@ -99,6 +100,7 @@ def test_an_index_out_of_range_is_refused_before_compiled_code_would_write_there
         run(sliding_block(**{name: with_u if is_with_u else without_u}))
 
 
+@pytest.mark.upkeep
 def test_a_misspelt_parameter_is_refused_with_the_name_of_the_function():
     def misspelt(t, q, u, p, h):
         h[1] = -p.mm * p.g

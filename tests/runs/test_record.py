@@ -220,6 +220,7 @@ def test_cells_of_functions_are_measured_on_what_is_recorded():
     assert all("ledger was not recorded" in words for words in refused.message.values.tolist())
 
 
+@pytest.mark.upkeep
 def test_a_loop_of_its_own_skips_what_the_generic_one_skips():
     own = run(*SCENES["ball"], integrator=ns.MoreauJean(dt=1e-3, specialise=True), record="motion")
     assert_is_part(own, run(*SCENES["ball"]), "motion")

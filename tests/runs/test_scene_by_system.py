@@ -21,6 +21,7 @@ def bouncing(e=0.5, height=0.5, mu=0.0):
     return scene
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", METHODS)
 def test_a_bounce_of_a_scene_has_the_height_and_the_impulse_of_its_parabola(integrator):
     e, height, end = 0.5, 0.5, 0.6
@@ -61,6 +62,7 @@ def test_a_disc_slides_until_it_rolls_and_its_contact_says_so(integrator):
     assert sliding.P[0, 1] > 0 and sliding.P[0, 0] == pytest.approx(-mu * sliding.P[0, 1], rel=1e-9)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", [*METHODS, ns.MoreauJean(1e-4)])
 def test_a_pendulum_of_a_joint_keeps_its_energy_and_its_pin(integrator):
     scene = ns.Scene(gravity=(0, -G))
@@ -81,6 +83,7 @@ def test_a_pendulum_of_a_joint_keeps_its_energy_and_its_pin(integrator):
     assert force @ along == pytest.approx(exact, rel=2e-2 if isinstance(integrator, ns.Adaptive) else 2e-3)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", METHODS)
 def test_a_disc_on_a_guided_lift_is_carried_and_its_work_is_that_of_the_lift(integrator):
     scene = ns.Scene(gravity=(0, -G), material=ns.Material(mu=0.5))

@@ -123,6 +123,7 @@ RUNS_OF_SPRINGS = {
 }  # fmt: skip
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", RUNS_OF_SPRINGS)
 def test_a_scene_on_springs_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name):
     """Elongations, the rates at the state and the length that the next step is tried with are kept too."""
@@ -223,6 +224,7 @@ print(killed)
 """
 
 
+@pytest.mark.upkeep
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs kill -9 and fork")
 @pytest.mark.parametrize("options", ["STEP", "SPRINGS"])
 def test_kill_9_at_any_act_on_the_files_leaves_a_checkpoint_that_goes_on_to_the_same_bits(tmp_path, options):
@@ -236,6 +238,7 @@ def test_kill_9_at_any_act_on_the_files_leaves_a_checkpoint_that_goes_on_to_the_
     assert int(ended.stdout.split()[-1]) > 10
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("options", [STEP, SPRINGS], ids=["steps", "springs"])
 @pytest.mark.parametrize("moment", ["write", "keep"])
 def test_ctrl_c_while_files_are_written_waits_until_they_are_whole(small, tmp_path, monkeypatch, moment, options):
@@ -328,6 +331,7 @@ def test_checkpoints_of_scenes_and_of_systems_are_told_apart(small, tmp_path):
         ns.simulate(falling(), (0, 0.1), **STEP, resume=tmp_path / "none.nsc")
 
 
+@pytest.mark.upkeep
 def test_the_memory_of_a_streamed_run_does_not_grow_with_its_records(small, tmp_path):
     def peak(t_end):
         tracemalloc.start()

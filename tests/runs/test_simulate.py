@@ -68,6 +68,7 @@ def test_t_eval_records_exactly_there():
 ALL = [STEP, ns.Adaptive(1e-6, 1e-8), ns.EventDriven(), ns.Penalty(1e6, damping_ratio=0.5), "auto"]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", ALL)
 def test_results_are_at_the_times_asked_for_and_at_no_other(integrator, tmp_path):
     """The first one behind the start: impulses and works are still those since the start, also read from a file."""

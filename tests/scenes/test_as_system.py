@@ -125,6 +125,7 @@ def test_tangential_row_is_the_velocity_of_the_points_that_touch():
         assert system.evaluate(GAP, 0.0, q, u)[0] == pytest.approx(np.linalg.norm(d) - 0.5, abs=1e-14)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", [ns.EventDriven(1e-10), ns.MoreauJean(dt=1e-3)], ids=lambda i: type(i).__name__)
 def test_rocking_block_as_a_scene_moves_as_the_one_written_by_hand(integrator):
     block = RockingBlock(mu=10.0, e=0.0)
@@ -139,6 +140,7 @@ def test_rocking_block_as_a_scene_moves_as_the_one_written_by_hand(integrator):
     np.testing.assert_allclose(found.q, by_hand.q, atol=1e5 * EPS)
 
 
+@pytest.mark.upkeep
 def test_two_discs_part_as_newtons_law_has_it_along_the_line_of_their_centres():
     e, (m, M) = 0.6, (1.0, 2.5)
     scene = ns.Scene(gravity=(0, 0), material=ns.Material(mu=0.0, e=e))
@@ -155,6 +157,7 @@ def test_two_discs_part_as_newtons_law_has_it_along_the_line_of_their_centres():
 INTEGRATORS = [ns.EventDriven(1e-9), ns.Adaptive(rtol=1e-6)]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda i: type(i).__name__)
 @pytest.mark.parametrize(("belt", "v_0", "v_end"), [(0.0, 1.5, 1.0), (1.5, 0.0, 0.5)], ids=["ground", "belt"])
 def test_disc_slides_until_it_rolls(integrator, belt, v_0, v_end):
@@ -176,6 +179,7 @@ def test_disc_sinks_in_under_penalty_by_its_weight_over_the_stiffness():
     np.testing.assert_allclose(solution.q[:, 1], 0.1 - m * G / k, atol=1e-9)
 
 
+@pytest.mark.upkeep
 def test_energy_of_a_frictionless_elastic_bounce_is_kept_with_the_potential_of_the_scene():
     scene = on_ground(ns.Material(mu=0.0, e=1.0))
     scene.body(ns.Box(0.2, 0.1), mass=1.0, position=(0, 0.5), turn=0.3, spin=1.0, name="box")
@@ -433,6 +437,7 @@ def test_sphere_rebounds_from_a_slope_at_the_time_of_its_parabola():
     np.testing.assert_allclose(solution.u[-1], v + [0, 0, -G * 0.2 * t_1], atol=1e-9)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_cradle_in_contact_is_told_apart_from_gaps_of_a_nanometre(dim):
     """Apart by 1e-9 m the balls are struck one after the other, and the last one flies; in contact at once, by Newton's

@@ -33,6 +33,7 @@ def found_and_all(lo, hi, unbounded=(), still=()):
         (i, j) for i, j in np.argwhere(overlap).tolist() if i < j]  # fmt: skip
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("sizes", [(1.0, 1.0), (0.5, 2.0), (1e-3, 1e3)])
 @pytest.mark.parametrize("at", [0.0, 1e5])

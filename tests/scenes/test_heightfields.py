@@ -47,6 +47,7 @@ ON_GROUND = {
 }
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("body", ON_GROUND)
 @pytest.mark.parametrize("slope", [(0.0, 0.0), (0.3, 0.0), (0.3, 0.17), (-0.5, 0.4)])
 def test_flat_and_inclined_ground_is_a_plane(slope, body):
@@ -91,6 +92,7 @@ def height_lost(n):
     return way[0, 2] - after[:, 2].max()
 
 
+@pytest.mark.upkeep
 def test_a_ball_in_a_hollow_tends_to_its_energy_with_the_cells():
     """A ball that rolls without loss comes up as high as it started; on facets it loses as they are wide."""
     lost = np.array([height_lost(n) for n in (11, 21, 41)])
@@ -98,6 +100,7 @@ def test_a_ball_in_a_hollow_tends_to_its_energy_with_the_cells():
     assert (lost[1:] <= 0.65 * lost[:-1]).all()
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("slope", [(-0.5, 0.4), (0.2, -0.3)])
 def test_a_box_on_a_slope_slides_as_on_a_plane(slope):
     """Over the points too at which six tiles meet, where the sides of tiles are nearer than their gaps."""

@@ -45,6 +45,7 @@ def test_of_a_group_each_passes_through_each():
     assert len(scene.ignored) == 3
 
 
+@pytest.mark.upkeep
 def test_by_its_system_they_pass_through_one_another_too():
     scene = ns.Scene(gravity=(0, -G), material=ns.Material(mu=0.0))
     scene.fixed(ns.HalfPlane((0, 1)), name="ground")

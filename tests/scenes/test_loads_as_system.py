@@ -16,6 +16,7 @@ def oscillation(t, w, zeta, x_0=1.0):
     return x_0 * math.exp(-zeta * w * t) * (math.cos(wd * t) + zeta * w / wd * math.sin(wd * t))
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("length", [0.0, 0.5])
 def test_a_damped_mass_on_a_spring_swings_as_its_closed_form(length):
     """With a length along its line, without one as a vector."""
@@ -31,6 +32,7 @@ def test_a_damped_mass_on_a_spring_swings_as_its_closed_form(length):
     assert abs(work).max() < 1e-9
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("kind", ["fixed", "kinematic"])
 @pytest.mark.parametrize("how", ["torsion_spring", "on the joint"])
 def test_a_wheel_on_a_torsion_spring_swings_about_its_rest(how, kind):
@@ -47,6 +49,7 @@ def test_a_wheel_on_a_torsion_spring_swings_about_its_rest(how, kind):
     assert sol["wheel"].turn[-1] == pytest.approx(1.15 + oscillation(2, 4, 0.1, -0.35), abs=1e-9)
 
 
+@pytest.mark.upkeep
 def test_a_force_at_a_point_goes_with_its_body():
     """On a bar about a pin a constant force is a weight: a pendulum with its period for 1 rad."""
     from scipy.special import ellipk
@@ -62,6 +65,7 @@ def test_a_force_at_a_point_goes_with_its_body():
     assert sol["bar"].turn.min() == pytest.approx(0.4 - 2.0, abs=1e-3)
 
 
+@pytest.mark.upkeep
 def test_a_spring_whose_other_end_moves_evenly_drives_its_mass():
     scene, v, w = ns.Scene(gravity=(0, 0)), 0.5, 4.0
     scene.kinematic(ns.Disc(0.1), position=(1, 0), velocity=(v, 0), spin=2.0, name="hand")
@@ -71,6 +75,7 @@ def test_a_spring_whose_other_end_moves_evenly_drives_its_mass():
     assert sol["b"].position[-1, 0] == pytest.approx(v * (1.5 - math.sin(w * 1.5) / w), abs=1e-9)
 
 
+@pytest.mark.upkeep
 def test_systems_and_steps_of_a_scene_with_all_of_it_agree():
     """To the second order of the steps."""
 

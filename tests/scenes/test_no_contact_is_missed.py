@@ -115,6 +115,7 @@ def check(dim, n, seed):
     return len(met)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_contacts_of_a_world_of_all_sizes_are_those_of_its_pairs(dim):
     """To the last bit: which pairs are looked at depends on the crowd, what is found of them does not."""

@@ -69,6 +69,7 @@ def codes(monkeypatch):
     return asked
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("scene", SCENES)
 def test_scenes_of_other_numbers_have_the_code_of_the_first(scene, codes):
     for l in (1.0, 0.7):
@@ -102,6 +103,7 @@ def test_a_sphere_of_another_radius_lands_at_its_own_time(l):
     assert sol.events.t[0] == pytest.approx(math.sqrt(2 * (0.5 - 0.1 * l) / G), rel=1e-9)
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.InitialStateWarning")
 @pytest.mark.parametrize("scene", SCENES)
 def test_scenes_of_other_numbers_are_other_models(scene, tmp_path):

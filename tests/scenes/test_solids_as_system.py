@@ -38,6 +38,7 @@ STATES = [
 ]  # fmt: skip
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("state", STATES)
 def test_the_spatial_rod_as_a_scene_has_the_solutions_of_the_rod_written_by_hand(state):
     scene, by_hand = rod_scene(*state)
@@ -108,6 +109,7 @@ def test_row_rates_are_those_of_the_rows_along_the_motion():
         np.testing.assert_allclose(rates, slope, atol=BY_DIFFERENCES * np.abs(slope).max())
 
 
+@pytest.mark.upkeep
 def test_tangential_rows_are_the_velocity_of_the_points_that_touch():
     """Of the ball on the dumbbell's two, by hand; and of a belt that a body which stands still feels."""
     scene, system = various()
@@ -187,6 +189,7 @@ def test_coefficients_are_parameters_and_friction_has_a_critical_value():
     assert ((chart.kind == 0) == (p < 0)).all()
 
 
+@pytest.mark.upkeep
 def test_without_friction_there_are_no_tangential_rows():
     scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.0))
     scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")

@@ -89,6 +89,7 @@ def test_a_root_stands_still_without_a_mass_or_where_it_is_asked_for(tmp_path):
     assert run(held, 0.1).joint("j").angle[-1] == pytest.approx(9.81 / (0.03 + 1) * 0.1**2 / 2, rel=1e-3)
 
 
+@pytest.mark.upkeep
 def test_limits_effort_and_friction_of_joints(tmp_path):
     limits = '<limit lower="-.5" upper=".25" effort="3" velocity="1"/><dynamics friction=".5"/>'
     path = written(tmp_path, link("base", m=0.0), link("arm"), joint("j", "revolute", "base", "arm", limits))

@@ -24,6 +24,7 @@ def unexplained(seed):
         return [v for v in stress_random.compare(seed) if not v.agrees and (not v.reason or "failure" in v.reason)]
 
 
+@pytest.mark.upkeep
 @settings(max_examples=120, deadline=None, derandomize=True)
 @given(st.integers(1000, 10**9))
 def test_random_systems_agree_or_say_why_not(seed):

@@ -38,6 +38,7 @@ NAMES = {case.name for case in SMALL}
 LONG = [case for cases in GROUPS for case in cases(True) if case.name not in NAMES]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("case", [as_long_as_it_takes(case) for case in SMALL], ids=lambda case: case.name)
 @pytest.mark.filterwarnings("ignore::nonsmooth.ToleranceWarning")  # a motion of micrometres, within its bound
 def test_every_figure_is_within_its_bound(case):

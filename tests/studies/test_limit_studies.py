@@ -150,6 +150,7 @@ def test_moreau_jean_is_of_first_order_across_events_of_the_event_driven_run():
     ).all()  # an event is known to a step, slip may wait for the next
 
 
+@pytest.mark.upkeep
 def test_studies_are_sweeps_with_workers_and_a_journal(tmp_path):
     rod, book = SpragSlip(), tmp_path / "study.jsonl"
 
@@ -277,6 +278,7 @@ def test_force_episode_of_an_elastic_bounce():
     assert 0.99 * v * omega < bounce.peak_force < 1.001 * v * omega  # the highest of a few dozen recorded steps
 
 
+@pytest.mark.upkeep
 def test_figures_are_drawn(tmp_path):
     pytest.importorskip("matplotlib")
     ball = BouncingBall()

@@ -173,6 +173,7 @@ def test_no_line_joins_eigenvalues_that_go_through_infinity():
     assert title.startswith("sprag-slip\n") and "μ = " not in title and faults(path.plot()) == []
 
 
+@pytest.mark.upkeep
 def test_colours_of_a_stability_map_resolve_what_lies_beside_a_pole():
     chart = ns.stability_map(SpragSlip(), {"mu": np.linspace(0.5, 2, 20), "kth": np.linspace(500, 2000, 20)})
     figure = plot_stability_map(chart)

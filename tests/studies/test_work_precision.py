@@ -113,6 +113,7 @@ def test_figure_has_a_curve_for_each_method_and_cost(tmp_path):
     assert (tmp_path / "study.png").stat().st_size > 0
 
 
+@pytest.mark.upkeep
 def test_several_scenes_have_a_panel_each_of_the_cost_that_is_asked_for():
     pytest.importorskip("matplotlib")
     study = ns.work_precision({name: MOTION for name in ("one", "two", "three")}, {"clock": Clock()}, repeats=1)

@@ -226,6 +226,7 @@ def test_first_cells_that_compiled_on_their_way_are_not_announced_as_a_long_swee
     assert stream.getvalue() == "" and progress.snapshot().remaining == pytest.approx(299 * 4.1 / 701)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_model_that_compiles_for_long_is_not_announced_as_a_long_sweep(workers, monkeypatch, capsys):
     """Also where threads run the cells: three seconds of compiling are no cell's."""

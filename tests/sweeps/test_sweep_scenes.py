@@ -44,6 +44,7 @@ def test_a_box_slides_as_far_as_friction_lets_it_at_every_coefficient():
     assert (found.status == int(ns.Status.FINISHED)).all()
 
 
+@pytest.mark.upkeep
 def test_workers_and_a_resumed_journal_give_the_same_values(tmp_path):
     axes = {"mu": [0.3, 0.4, 0.5, 0.6]}
     alone = ns.sweep(task(), axes)

@@ -249,6 +249,7 @@ def test_a_spatial_body_has_the_equations_of_the_heavy_top():
             )
 
 
+@pytest.mark.upkeep
 def test_a_spinning_top_keeps_its_momenta_and_its_energy():
     model = top(True).model()
     q0, u0 = model.state()
@@ -498,6 +499,7 @@ def test_functions_with_kinks_have_the_derivatives_of_their_branch():
             assert (V[1] - V[0]) / (2 * step) == pytest.approx(at_rest, rel=1e-6, abs=1e-7)
 
 
+@pytest.mark.upkeep
 def test_functions_with_kinks_compile_and_run():
     for integrator in (ns.MoreauJean(dt=1e-3), ns.EventDriven()):
         assert ns.simulate(kinks(), (0, 0.5), [0.5, 0.2], [-2.0, 1.0], integrator=integrator).success

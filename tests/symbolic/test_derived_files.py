@@ -99,6 +99,7 @@ def test_a_file_that_others_may_write_is_not_run(cache):
     assert not file.stat().st_mode & 0o022
 
 
+@pytest.mark.upkeep
 def test_the_source_is_the_same_in_every_process(cache):
     code = SCRIPT + "print(l.model().source())"
     sources = [in_a_process(code, PYTHONHASHSEED=seed, NONSMOOTH_CACHE_DIR=str(cache / seed)) for seed in "12"]
@@ -135,6 +136,7 @@ def test_a_model_is_drawn_with_the_lines_that_it_has(drawn):
         assert len(sol.picture(n=2).axes[0].lines) == 2 + (drawn == "both")
 
 
+@pytest.mark.upkeep
 def test_a_saved_model_needs_no_sympy_and_an_edit_of_it_counts(tmp_path):
     model = pendulum().model()
     file = model.save(tmp_path / "my_pendulum.py")

@@ -156,6 +156,7 @@ def not_of_discs(what):
     return network
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("scene", [lambda: heap(400, 2, speed=1.0), lambda: heap(216, 3, speed=1.0)])
 def test_sweeps_go_on_while_bodies_approach_faster_than_they_should(scene):
     """Ten sweeps leave an approach that is 20 times the one asked for; where none is asked for it stays."""

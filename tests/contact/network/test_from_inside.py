@@ -70,6 +70,7 @@ def matrix_of(w_N, w_1, w_2, eta):
     return eta * np.block([[np.array([[w_N]]), w[None]], [w[:, None], np.eye(2) + np.outer(w, w) / (1 + w_N)]])
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", SCENES)
 def test_a_step_solves_the_linearised_equations_of_the_assembled_problem(name):
     """M dv = J^T dP, dy = (I + theta E) R + S^-1 B (J dv + R dP_N e_N) / v_c, dy + W^-2 dx = r where the shift is zero.

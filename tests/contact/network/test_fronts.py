@@ -49,6 +49,7 @@ def forget():
     interpreted.cache_clear()
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("merged", MERGED)
 @pytest.mark.parametrize("name", SCENES)
 def test_fronts_solve_the_assembled_equations(name, merged, shares):

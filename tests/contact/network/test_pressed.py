@@ -74,6 +74,7 @@ def test_a_part_has_the_velocities_of_the_whole_where_the_others_have_no_impulse
     assert part.n_c == len(kept) < len(contacts) and len(part.v) <= len(network.v)
 
 
+@pytest.mark.upkeep
 def test_a_falling_heap_of_discs_is_solved_in_every_step():
     """Sweeps and factors alone miss 278 of these 1000 steps, as islands of more than 200 bodies were left by before."""
     rng = np.random.default_rng(1)
@@ -86,6 +87,7 @@ def test_a_falling_heap_of_discs_is_solved_in_every_step():
     assert stats.missed == 0 and stats.most_contacts > 400
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("seed", range(3))
 def test_a_shaken_packing_is_solved_in_every_step(seed):
     """343 spheres, each in the middle of four of the layer below, thrown at random: 1650 contacts, many next to the

@@ -122,6 +122,7 @@ def is_told(gamma, scale):
 FEET = [n if n in (3, 5, 8) else pytest.param(n, marks=pytest.mark.slow) for n in (3, 4, 5, 6, 7, 8, 9)]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("n", FEET)
 def test_steps_of_a_block_on_feet_are_motions_of_an_enumeration_of_its_own(name, n, monkeypatch):

@@ -152,6 +152,7 @@ def solve(problem, block, planar):
     return bits != 0, interpreted(count)(bits)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("n", "seeds"), [(1, 200), (2, 80), (3, 12)])
 def test_a_problem_on_the_border_of_its_modes_is_solved_exactly_where_it_has_a_solution(n, seeds):
     load_all((solve_planar, enumerate_modes, enumerate_redundant, solve_by_newton, pivot))

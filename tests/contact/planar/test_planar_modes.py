@@ -38,6 +38,7 @@ def random_contact(rng):
     return C, B, A, rng.normal(), rng.normal(), rng.uniform(0, 4)
 
 
+@pytest.mark.upkeep
 def test_a_sweep_takes_a_mode_that_the_enumeration_of_one_contact_finds():
     """The planar closed form of Gauss-Seidel against the one of the integrator."""
     rng = np.random.default_rng(3)

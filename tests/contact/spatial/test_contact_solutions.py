@@ -91,6 +91,7 @@ def check(G, c, mu):
     return several
 
 
+@pytest.mark.upkeep
 def test_all_solutions_of_one_contact_are_those_of_all_directions():
     assert check(*random_contacts(3_000, np.random.default_rng(5))) > 100
 
@@ -110,6 +111,7 @@ def regular_along_every_direction():
     return G[several], c[several], mu[several]
 
 
+@pytest.mark.upkeep
 def test_several_slides_at_once_are_found_where_no_direction_is_paradoxical(regular_along_every_direction):
     assert len(regular_along_every_direction[2]) > 5
     for G, c, mu in zip(*regular_along_every_direction, strict=True):

@@ -102,6 +102,7 @@ def rod(chromium, tmp_path_factory):
     return sol, sol.view(tmp_path_factory.mktemp("rod") / "rod.html")
 
 
+@pytest.mark.upkeep
 def test_each_frame_says_what_the_run_did(chromium, rod):
     sol, path = rod
     page = Opened(chromium, path)
@@ -351,6 +352,7 @@ def test_in_space_a_ball_is_drawn_where_the_film_has_it(space):
     assert space.complaints() == []
 
 
+@pytest.mark.upkeep
 def test_in_space_faces_that_are_turned_away_are_left_out_and_no_other(chromium, tmp_path):
     scene = scene_in_space()[0]
     scene.body(ns.Cylinder(0.1, 0.2), density=500, position=(0.3, -0.5, 0.6), spin=(2, 1, 0), name="cylinder")
@@ -446,6 +448,7 @@ def scene_in_the_plane():
     return scene, "ball"
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("build", [scene_in_space, scene_in_the_plane], ids=["space", "plane"])
 def test_bodies_of_a_scene_are_drawn_where_the_run_has_them_and_its_contacts_counted(chromium, tmp_path, build):
     scene, name = build()
@@ -542,6 +545,7 @@ def test_in_the_dark_ground_words_modes_and_curves_are_told_apart_from_it(chromi
     assert words != page.ask("getComputedStyle(document.querySelector('.key span')).color")
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(
     "build", [SpragSlip, RockingBlock, lambda: BoxStack(n=2, dim=3)], ids=["rod", "block", "boxes"]
 )
@@ -706,6 +710,7 @@ def are_alike(a, b):
     return np.abs(a - b).max() < 0.15
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_bodies_are_coloured_alike_by_body_by_material_or_by_speed(chromium, tmp_path, dim):
     page = Opened(chromium, lane(dim, speeds=(1.0, 1.0, 2.0, 2.0)).view(tmp_path / "lane.html"))

@@ -358,6 +358,7 @@ assert abs(sol.events[0].t - (2.0 * 0.1 / 1.5) ** 0.5) < 1e-6 and abs(sol.q[-1, 
 """
 
 
+@pytest.mark.upkeep
 def test_wedge_rests_on_normal_and_tangent_that_are_one_row():
     """One coordinate, so that both rows of its contact are parallel and share the load. In a process of its own: what
     others have loaded does not count."""

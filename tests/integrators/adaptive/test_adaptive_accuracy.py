@@ -81,6 +81,7 @@ def reaches_its_end(seed):
     return sol.success and np.isfinite(sol.q).all() and sol.g_N.min() > -deepest
 
 
+@pytest.mark.upkeep
 @GAINING
 def test_random_starts_reach_their_end():
     assert [seed for seed in range(60) if not reaches_its_end(seed)] == []

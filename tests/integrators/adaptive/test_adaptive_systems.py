@@ -1082,6 +1082,7 @@ def by_trying(case):
     return motion(case.system, case.q0, case.u0, times(case), max_step=case.t_end / 500)[0]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", FAST)
 def test_error_is_a_few_tolerances(name):
     case = SYSTEMS[name]()
@@ -1089,6 +1090,7 @@ def test_error_is_a_few_tolerances(name):
     assert max(error(case, rtol, exact) for rtol in (1e-5, 1e-8)) < MOST
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", ALONE)
 def test_motion_is_that_of_scipy_with_modes_found_by_trying_all(name):
     case = SYSTEMS[name]()

@@ -43,6 +43,7 @@ def torque(t):
     return np.array([math.sin(3 * t), 0.5, math.cos(t)])
 
 
+@pytest.mark.upkeep
 def test_a_torque_on_a_body_that_tumbles_is_of_second_order_with_its_work():
     inertia = np.diag([1.0, 2.0, 2.5])
 

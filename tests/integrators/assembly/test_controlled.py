@@ -144,6 +144,7 @@ SCENES = [
 ]  # fmt: skip
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("make", SCENES, ids=lambda make: make.__name__)
 def test_tolerances_are_kept(make):
     """Of place, relative to reach and way; the smaller tolerance has the smaller error, or both are next to none."""
@@ -156,6 +157,7 @@ def test_tolerances_are_kept(make):
         assert error < FACTOR * rtol * (reach + np.linalg.norm(exact - sol["b"].position[0])), rtol
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
 def test_a_ball_that_rebounds_is_where_its_closed_form_says_to_the_tolerance(tol):
     """It lands in the second half of a step as in the whole one, so that both agree however late that is."""
@@ -169,6 +171,7 @@ def test_a_ball_that_rebounds_is_where_its_closed_form_says_to_the_tolerance(tol
     assert abs(sol["ball"].position[-1, 1] - exact) < tol and sol.stats.steps < 150
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("seed", range(16))
 def test_boxes_that_tumble_on_rough_ground_keep_their_tolerance(seed):
     """Against located events of their systems: before landings were whole, 8 of 40 erred by more, up to 6000 times."""
@@ -217,6 +220,7 @@ def rod_over_rough_ground(mu):
     return scene
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5, 1e-6])
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.3, 1.0])
 def test_a_rod_that_lands_on_rough_ground_moves_as_its_system_with_located_events(mu, tol):
@@ -347,6 +351,7 @@ def test_what_a_run_by_the_system_does_not_take_is_taken_by_steps(option, tmp_pa
     assert sol["b"].position[-1, 1] == pytest.approx(1 - 0.5 * G * 0.04, rel=1e-12)
 
 
+@pytest.mark.upkeep
 def test_a_scene_of_few_contacts_is_taken_as_its_system():
     scene = ns.Scene(gravity=PLANE)
     scene.fixed(ns.HalfPlane((0, 1)))

@@ -80,6 +80,7 @@ def errors_in_time(dim, block, dt, **more):
     return np.abs(times_upright(run(rocking_block(dim, *block, **more), times[1] + 0.05, dt), dim)[:2] - times)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("block", BLOCKS)
 def test_the_impacts_of_a_rocking_block_come_when_housner_has_them(dim, block):
@@ -89,12 +90,14 @@ def test_the_impacts_of_a_rocking_block_come_when_housner_has_them(dim, block):
     assert errors_in_time(dim, block, 2.5e-4).max() < 5e-5
 
 
+@pytest.mark.upkeep
 def test_impacts_are_of_second_order_in_the_mean():
     coarse, fine = (np.mean([errors_in_time(dim, block, dt)[1] for dim in (2, 3) for block in BLOCKS])
                     for dt in (2e-3, 2.5e-4))  # fmt: skip
     assert fine < coarse / 8**1.5
 
 
+@pytest.mark.upkeep
 def test_among_ten_bodies_steps_are_not_divided():
     """So that a scene of many costs no more; docs/scenes.md says it."""
     assert errors_in_time(2, BLOCKS[1], 1e-3, idle=9).max() > 1e-3

@@ -52,6 +52,7 @@ def test_a_ball_comes_back_with_e_times_its_speed_at_any_step(e, dt):
     assert v**2 + 2 * G * height == pytest.approx(e**2 * 2 * G * fallen, rel=1e-11)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dt", [1e-3, 5e-4])
 @pytest.mark.parametrize("name", [name for name in SHAPES if name not in ("disc", "sphere")])
 def test_a_body_that_tumbles_keeps_its_energy_up_to_the_square_of_its_turn_in_a_step(name, dt):

@@ -76,6 +76,7 @@ LAWS = [
 ]  # fmt: skip
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_a_scene_with_a_law_moves_as_its_system_by_the_same_step(law):
     scene, dt, end = sliding(law, speed=1.0, surface_velocity=(0.3, 0.0)), 2e-3, 0.4

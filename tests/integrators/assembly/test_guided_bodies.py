@@ -46,6 +46,7 @@ def on_a_turntable(angle, rate, r=0.5):
     return scene
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 def test_what_lies_on_a_turntable_goes_out_to_third_order_and_back_to_second(theta):
     W, r, t_end = 2.0, 0.5, 2.0
@@ -101,6 +102,7 @@ def carried(motion, shapes, t_end, dt, velocity=(0, 0)):
     return sol["box"].position[-1] - motion(sol.t[-1]) - (0, 0.05), sol
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("shapes", [[(ns.Box(1, 0.1), 0.0)], [(ns.Box(0.3, 0.1), -0.2), (ns.Box(0.3, 0.1), 0.2)]])
 @pytest.mark.parametrize("lift", [0.0, 0.01])
 def test_a_box_stays_where_it_is_on_shaken_trays(shapes, lift):

@@ -35,6 +35,7 @@ def collapsed(mu, seed):
     return math.degrees(math.atan2(x[:, 1].mean(), np.abs(x[:, 0] - np.median(x[:, 0])).mean()))
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.PenetrationWarning")
 def test_the_angle_of_repose_grows_with_friction():
@@ -57,6 +58,7 @@ def falling_discs(seed, r=0.05, pitch=0.12, a_row=12):
     return scene
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_discs_that_fall_from_high_do_not_go_into_one_another(seed):
@@ -235,6 +237,7 @@ def test_a_step_whose_rebound_goes_to_other_solvers_is_whole_when_it_is_recorded
     assert assembly.progress.counts.inside > 10 and assembly.progress.counts.impacts > 50
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(("n", "heavy", "light"), [(6, 1e4, 1e-4), (6, 1e1, 1e-7), (8, 1e4, 1e-3), (40, 1e3, 1e-3)])
 @pytest.mark.parametrize("lowest", ["heavy", "light"])

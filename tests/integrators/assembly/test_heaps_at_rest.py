@@ -36,6 +36,7 @@ def assembly_after(seed, steps, **options):
     return run.assembly
 
 
+@pytest.mark.upkeep
 def test_most_heaps_of_boxes_come_to_rest_and_sleep():
     """A heap that rests has no velocity at all, is solved to rounding, and its floor carries its weight."""
     resting = 0
@@ -81,6 +82,7 @@ def test_two_threads_bring_a_heap_to_the_same_rest():
     assert (runs[0].position == runs[1].position).all() and (runs[0].velocity == runs[1].velocity).all()
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("changed", ["nothing", "a coarse tolerance", "a wider gap", "no impulse", "no penetration"])
 def test_a_gap_is_held_where_a_heap_that_penetrates_is_pressed_and_a_fine_residual_is_asked_for(changed):
     assembly = assembly_after(1, 400)

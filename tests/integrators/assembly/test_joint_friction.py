@@ -133,6 +133,7 @@ def test_a_guide_goes_on_from_a_checkpoint_with_the_same_bits(tmp_path):
     assert (resumed.position[-1] == whole.position[-1]).all() and whole.stats.missed == 0
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
 @pytest.mark.parametrize("dim", [2, 3])
 def test_chains_of_guides_pins_and_balls_find_their_loads_in_nearly_all_steps(dim):

@@ -129,6 +129,7 @@ def test_double_pendulum_follows_its_equations_to_second_order():
     assert abs(order(errors) - 2) < 0.1
 
 
+@pytest.mark.upkeep
 def test_pendulum_strikes_a_wall_as_its_closed_form_says():
     mass, radius, length, e, start = 1.5, 0.1, 0.8, 0.7, 1.0
     inertia = 0.5 * mass * radius**2

@@ -198,6 +198,7 @@ def test_a_rotor_in_a_hinge_on_a_turntable_takes_the_gyroscopic_torque():
     is_of_second_order(torques, 0.4)
 
 
+@pytest.mark.upkeep
 def test_a_universal_joint_hands_on_the_rate_of_cardans_formula():
     """Hinges at both shafts, and a joint between: three rows too many."""
     bend, rate = 0.6, 2.0
@@ -396,6 +397,7 @@ def conserved(sol):
     return sol.ledger["kinetic"] + sol.ledger["potential"]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("kind", KINDS)
 def test_joints_hold_their_places_for_a_hundred_thousand_steps(kind):
     sol = holds_its_places(tumbling_on(kind), 100_000)
@@ -415,6 +417,7 @@ def test_joints_hold_their_places_for_a_million_steps(kind):
     assert np.ptp(E) < 1e-5 * E[0]
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_pendulum_and_a_slider_hold_their_places_in_the_plane_and_in_space(dim):
     scene, flat = ns.Scene(gravity=(0,) * (dim - 1) + (-G,)), (0,) * (dim - 2)
@@ -428,6 +431,7 @@ def test_a_pendulum_and_a_slider_hold_their_places_in_the_plane_and_in_space(dim
     assert np.isfinite(E).all() and E[-1] < 1e-6  # the limits of the slider take energy, and nothing gives any
 
 
+@pytest.mark.upkeep
 def test_loops_hold_their_places():
     sol = holds_its_places(four_bars(), 20_000)
     assert np.ptp(conserved(sol)) < 1e-4 * np.ptp(sol.ledger["potential"])

@@ -61,6 +61,7 @@ def ends(scene, t_end, integrator):
     return np.concatenate([sol.velocity[-1].ravel(), sol.spin[-1].ravel()]), sol
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.FrictionGainWarning")
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(
@@ -84,6 +85,7 @@ def test_a_step_has_the_impact_of_a_system_to_second_order(make, t_end, law):
     assert errors[1] <= 1e-5 and errors[1] <= max(errors[0] / 3, 1e-7)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("law", OTHERS)
 def test_a_joint_holds_in_an_impact_by_each_law(law):
     """One degree of freedom without friction: e is a ratio of velocities, impulses and works at once."""

@@ -118,6 +118,7 @@ def test_a_limit_beyond_a_turn_counts_turns():
     np.testing.assert_allclose(screw.angle[sol.t < 1.8], 5.0 * sol.t[sol.t < 1.8], rtol=1e-4)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_cart_between_two_ends_stays_between_them(dim):
     scene = ns.Scene(gravity=point(dim, 0, 0))
@@ -267,6 +268,7 @@ def machine():
     return scene
 
 
+@pytest.mark.upkeep
 def test_bits_do_not_depend_on_threads_and_a_run_is_resumed(tmp_path):
     whole = run(machine(), 0.6, 1e-3, record=("bodies", "contacts", "ledger", "pairs"))
     assert whole.stats.missed == 0 and len(set(whole.joint("hinge").at_limit)) > 1
@@ -278,6 +280,7 @@ def test_bits_do_not_depend_on_threads_and_a_run_is_resumed(tmp_path):
         assert (getattr(resumed, name) == getattr(whole, name)).all()
 
 
+@pytest.mark.upkeep
 def test_a_machine_is_found_by_adaptive_steps_as_by_short_ones():
     short = run(machine(), 0.4, 2e-5, every=2000)
     sol = ns.simulate(machine(), (0, 0.4), integrator=ns.Adaptive(rtol=1e-6, atol=1e-7), every=1)
@@ -424,6 +427,7 @@ def test_friction_of_a_pin_that_is_none_is_refused():
         scene.hinge("a", "b", at=(0, 0), friction=0.3, name="h")
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_interpreter_drives_joints_with_the_bits_of_compiled_code(dim):
     def begun():

@@ -102,6 +102,7 @@ def errors(mu, e, dt, exact, idle=0):
     return np.median(found)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("mu", [0.0, 2.0])
 def test_a_corner_without_friction_or_that_sticks_rebounds_where_and_when_it_lands(mu):
     """Measured: 3e-5 and less at 2 ms, 4e-7 and less at 0.125 ms."""
@@ -116,6 +117,7 @@ def test_a_corner_that_slides_lands_and_rebounds_with_a_direction_of_friction_ea
     assert coarse == pytest.approx(fine, rel=0.01) and 0.01 < fine < 0.04
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("mu", [0.0, 2.0])
 def test_among_ten_bodies_it_rebounds_with_an_error_of_first_order(mu):
     """Measured at 1 ms: 0.3 to 0.7 %, from the arms, which turn between the beginning of the step and the landing."""
@@ -123,6 +125,7 @@ def test_among_ten_bodies_it_rebounds_with_an_error_of_first_order(mu):
     assert coarse / 16 < fine < 0.4 * coarse and coarse < 0.01
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
 def test_a_corner_is_hit_at_once_where_and_when_it_lands(mu):
     """Measured: 2e-3 and less at 2 ms, 8e-6 and less at 0.125 ms; two parts with a direction of sliding each would be 2
@@ -133,6 +136,7 @@ def test_a_corner_is_hit_at_once_where_and_when_it_lands(mu):
         assert errors(mu, 0.0, 1.25e-4, lambda landing: landing.in_two_parts(mu, 1.25e-4)) > 0.01
 
 
+@pytest.mark.upkeep
 def test_among_ten_bodies_a_corner_that_slides_is_hit_in_two_parts_with_a_direction_of_friction_each():
     """It follows the closed form of both with an error of first order, and that of one impulse no nearer than 1 %."""
     mu, steps = 0.3, (1e-3, 2.5e-4)

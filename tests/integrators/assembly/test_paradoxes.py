@@ -76,6 +76,7 @@ def told(event):
     )
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("shape", ["capsule", "polygon"])
 @pytest.mark.parametrize(("thdot", "kind"), [(0.0, INCONSISTENT), (6.0, INDETERMINATE)])
 def test_a_rod_in_a_paradox_is_named_as_the_same_rod_as_a_system_is(thdot, kind, shape):
@@ -348,6 +349,7 @@ def test_what_recedes_is_doubtful_only_where_it_was_pressed(d, rounding):
     assert rounding <= 0.0 or counts > 0
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.ResidualWarning", "ignore::nonsmooth.SimultaneousImpactWarning")
 @pytest.mark.filterwarnings("ignore::nonsmooth.PenetrationWarning")  # what steps leave that are not solved, as is said
 @pytest.mark.parametrize(("mu", "e", "seed", "n"), [(1e3, 1.0, 2, 40), (1e6, 0.0, 0, 30), (5.0, 0.5, 1, 30)])
@@ -523,6 +525,7 @@ def finger(rng):
     return scene, (of_elbow - l_2 * turning * n_2)[0]
 
 
+@pytest.mark.upkeep
 def test_fingers_on_pins_are_in_the_paradoxes_that_the_census_of_their_systems_finds():
     rng, kinds = np.random.default_rng(1), set()
     for _ in range(60):

@@ -319,6 +319,7 @@ def test_energy_that_newtons_law_makes_with_friction_is_told():
     )
 
 
+@pytest.mark.upkeep
 def test_planar_scene_loads_nothing_of_space():
     program = """
 import nonsmooth as ns

@@ -47,6 +47,7 @@ def simulate(scene, t_end=0.5, dt=DT, **solver):
     return ns.simulate(scene, (0, t_end), integrator=ns.MoreauJean(dt=dt, contacts=ns.ContactSolver(**solver)))
 
 
+@pytest.mark.upkeep
 @OURS
 @pytest.mark.parametrize("solver", [{}, POOR, POOR | {"tol": 1e-4}, {"tol": 1e-14}])
 @pytest.mark.parametrize("name", SCENES)
@@ -69,6 +70,7 @@ def test_a_step_is_counted_where_its_residual_is_above_the_tolerance(name, solve
         assert simulate(SCENES[name](), on_residual="raise", **solver).success
 
 
+@pytest.mark.upkeep
 @OURS
 @pytest.mark.filterwarnings("ignore::nonsmooth.ResidualWarning")
 @pytest.mark.parametrize("n", [64, 125])

@@ -46,6 +46,7 @@ def ball(scene, x=0.0, v=0.0, height=R, mass=2.0, name="ball", direction=(0.6, 0
     )  # fmt: skip
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("dt", [4e-3, 1e-3])
 def test_what_rolls_stops_where_its_closed_form_says_and_stays(dim, dt):
@@ -126,6 +127,7 @@ def test_two_bodies_that_roll_on_one_another_keep_their_momenta(dim):
     assert sol.ledger["friction"][-1] < -1e-3 and (np.diff(sol.ledger["friction"]) <= 1e-10).all()
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_heap_of_balls_comes_to_rest_sooner_and_no_step_misses_its_tolerance(dim):
     """Its problems are solved to the tolerance with limits that are those of the loads which they lead to."""

@@ -45,6 +45,7 @@ def order(errors):
 # --- ropes
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_a_mass_falls_into_its_rope_and_rebounds_to_e_squared_of_its_height(dim, e):

@@ -131,6 +131,7 @@ SHAPES_2 = {
 }
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("shape", SHAPES_2)
 @pytest.mark.parametrize("layout", LAYOUTS_2)
 def test_plane(layout, shape):
@@ -140,6 +141,7 @@ def test_plane(layout, shape):
         assert difference(LAYOUTS_2[layout](), body, dt, **state) <= SAME
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("layout", ["row", "short pieces", "prisms", "compound"])
 def test_tumbling_in_the_plane(layout, seed):
@@ -173,6 +175,7 @@ SHAPES_3 = {
 }
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("shape", SHAPES_3)
 @pytest.mark.parametrize("layout", LAYOUTS_3)
 def test_space(layout, shape):
@@ -186,6 +189,7 @@ def test_space(layout, shape):
         )
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("layout", ["row", "grid", "bricks"])

@@ -142,6 +142,7 @@ def test_the_curvature_of_the_four_bar_is_the_derivative_of_its_transmission():
     assert with_rate.forces()[0] * p == pytest.approx((ahead - back) / (2 * step), rel=1e-8)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("T", [20.0, 200.0])
 def test_a_machine_that_stands_seized_does_not_creep(T):
     """Its joints are a loop, which is soft where it moves and rigid where a torque finds it at rest."""

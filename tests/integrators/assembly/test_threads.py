@@ -119,6 +119,7 @@ def shared(monkeypatch):
     return counts
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", SCENES)
 def test_any_number_of_threads_has_the_bits_of_one(shared, name):
     one = simulate(name)
@@ -150,6 +151,7 @@ def run_with_room(scene, fill, threads, t_end=0.2):
     return assembly.fill, run.solution().velocity, run.solution().position
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("name", ["boxes", "chains among planar boxes", "chains among boxes"])
 def test_the_room_for_factors_changes_no_bit(name):
     _, v, x = run_with_room(SCENES[name](), 5000, 1)
@@ -228,6 +230,7 @@ def test_what_is_missed_is_told_alike():
     assert told[0] == told[1] and len(told[0]) == 1
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("before", "after"), [(1, 2), (3, 1), (2, 4)])
 @pytest.mark.parametrize("name", ["boxes", "boxes on a table that moves", "islands that sleep", "chains among boxes"])
 def test_a_checkpoint_goes_on_with_another_number_of_threads(tmp_path, name, before, after):

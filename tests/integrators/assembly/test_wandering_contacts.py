@@ -110,6 +110,7 @@ def run(scene, t_end, dt):
     return ns.simulate(scene, (0, t_end), integrator=ns.MoreauJean(dt=dt))
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("case", CASES)
 def test_what_no_law_takes_energy_from_keeps_it_to_second_order(case):
     """What it gains where it is put back upon the ground, or sticks, is of second order too."""
@@ -148,6 +149,7 @@ def on_its_tip(how, dt):
     return run(scene, 0.5, dt)["b"].position[-1]
 
 
+@pytest.mark.upkeep
 def test_a_top_on_its_tip_is_as_good_as_by_a_joint():
     exact = on_its_tip("joint", 5e-5)
     by_joint, by_contact = ([np.abs(on_its_tip(how, dt) - exact).max() for dt in (4e-4, 2e-4)]

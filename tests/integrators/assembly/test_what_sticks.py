@@ -36,6 +36,7 @@ def load(scene, mass, layers=3):
         z += 0.251
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("tol", [1e-8, 1e-10])
 @pytest.mark.parametrize("dt", [1e-2, 2.5e-3])
 @pytest.mark.parametrize("mass", [1.0, 1e-2])

@@ -45,6 +45,7 @@ def reaches_its_end(seed):
     return sol.success and np.isfinite(sol.q).all() and sol.g_N.min() > -1e-2 * rtol - 1e-12
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @GAINING
 def test_random_starts_reach_their_end():

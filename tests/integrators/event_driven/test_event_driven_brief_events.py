@@ -95,6 +95,7 @@ def test_block_slips_at_every_crest_of_a_force_beyond_its_friction(part, rtol):
     assert np.abs(sol.q[:, 0]).max() == pytest.approx(slip, rel=1e-4, abs=1e-15)
 
 
+@pytest.mark.upkeep
 def test_no_crest_is_missed_at_random_rates_and_tolerances():
     rng = np.random.default_rng(1)
     for _ in range(20):

@@ -77,6 +77,7 @@ def test_a_slide_that_its_force_turns_into_the_paradox_ends_as_event_driven_says
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=0.25)
 
 
+@pytest.mark.upkeep
 def test_of_a_thousand_slides_that_have_a_force_none_is_lost():
     """Whether they go on under the force that is classified, in 10 ns, or come to rest in 5 ms."""
     rng, seen = np.random.default_rng(12), 0

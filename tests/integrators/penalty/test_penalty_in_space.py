@@ -205,6 +205,7 @@ def test_two_feet_that_stick_share_what_holds_them():
     assert abs(sol.la[-1, :, 1:] + [0.5, 0.25]).max() < 1e-9  # REGULARISATION of the trace, 4 1/kg
 
 
+@pytest.mark.upkeep
 def test_bodies_that_turn_are_refused_by_name():
     scene = ns.Scene(gravity=(0, 0, -9.81))
     scene.fixed(ns.HalfSpace((0, 0, 1)))

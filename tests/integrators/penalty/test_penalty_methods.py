@@ -52,6 +52,7 @@ def test_bounces_by_another_method(method):
     assert np.abs(ours - theirs).max() < MARGIN[method] * rtol
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("start", "t_end"), [((0.85, 0.0), 0.12), ((0.73, 3.3), 0.01)])
 def test_stiff_seizure_by_another_method_ends_in_the_same_state(start, t_end):
     """Each start reaches A3 and seizes, at 0.1088 and 0.0035 s, by a force that grows at the rate k/1 s.

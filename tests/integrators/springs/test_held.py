@@ -230,6 +230,7 @@ def machine():
     return scene
 
 
+@pytest.mark.upkeep
 def test_a_machine_on_springs_goes_on_to_the_same_bits(tmp_path):
     method, path = ns.Penalty(1e7, damping_ratio=0.2), tmp_path / "run.nsc"
     whole = ns.simulate(machine(), (0, 0.6), integrator=method, every=7)

@@ -98,6 +98,7 @@ def test_a_block_that_slides_on_springs_gives_its_momentum_and_its_energy_to_the
     assert whole.friction == pytest.approx(-m * v**2 / 2, abs=atol) and atol < 1e-3 and whole.surface == 0.0
 
 
+@pytest.mark.upkeep
 def test_more_pairs_meet_between_two_records_than_there_was_room_for():
     """A gas of discs on springs, whose walls push without friction; one long interval against short ones."""
 

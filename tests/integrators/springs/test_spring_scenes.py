@@ -110,6 +110,7 @@ def two_discs(mu):
     return scene
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.PenetrationWarning")
 def test_scene_and_system_of_the_same_mechanics_agree():
     """Two methods: explicit steps on found contacts, implicit ones with located events on counted contacts.
@@ -130,6 +131,7 @@ def test_scene_and_system_of_the_same_mechanics_agree():
     assert differences[2] < 0.2 * differences[1]
 
 
+@pytest.mark.upkeep
 def test_frictionless_compliant_beads_agree_with_their_system():
     """Five discs in a row, struck at one end: impacts that run through springs one after the other."""
     scene = ns.Scene(gravity=(0, 0))

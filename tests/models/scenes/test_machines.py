@@ -38,6 +38,7 @@ def test_a_double_pendulum_swings_back_in_each_of_its_modes(mode):
     )
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("n", [2, 10])
 def test_a_row_of_four_bars_passes_where_it_lies_flat_as_one_pendulum(n):
     """Where it is flat its rate jumps by what the soft joints of loops take, at any step."""
@@ -84,6 +85,7 @@ def test_a_drawer_that_may_jam_or_slide_is_named_indeterminate(mu):
     assert {(paradox.kind.name, paradox.n_solutions) for paradox in sol.paradoxes} == {("INDETERMINATE", 2)}
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("mu", [1.01 * BOUNDS[1], 2.0])
 def test_a_drawer_that_jams_stands_still_whatever_pulls(mu):
     for F in (20.0, 2e4):
@@ -108,6 +110,7 @@ def test_a_slider_crank_of_bodies_is_the_one_of_three_angles():
     assert 3.5 < errors[0][1].max() / errors[1][1].max() < 4.5
 
 
+@pytest.mark.upkeep
 def test_andrews_squeezer_has_its_published_angles():
     """By its system, to what the published ones err by; by steps, of joints in loops, to their order."""
     model, published = AndrewsSqueezer(), AndrewsSqueezer().published()
@@ -155,6 +158,7 @@ def test_a_rimless_wheel_passes_over_its_foot_or_rocks_back(share, passes):
     assert (sol["wheel"].turn.min() < -model.alpha) == passes
 
 
+@pytest.mark.upkeep
 def test_a_car_over_a_bump_follows_the_linear_equations_and_does_not_hop():
     """To first order in the step, for the wheel strikes the bump; two per cent is the square of its slope."""
     model, errors = CarOnBump(), []
@@ -170,6 +174,7 @@ def test_a_car_over_a_bump_follows_the_linear_equations_and_does_not_hop():
     assert errors[1] < 0.01 < errors[0] < 0.03
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize(("a", "mu", "hops"), [(3e-4, 0.4, True), (1.5e-4, 0.2, False)])
 def test_a_feeder_conveys_as_its_phases_say(a, mu, hops):
     model = VibratingFeeder(a=a, mu=mu)
@@ -190,6 +195,7 @@ def test_a_feeder_below_its_friction_carries_nothing():
     assert abs(way).max() < 1e-5 * model.a and abs(way[-1] - way[1]) < 1e-14  # after five periods
 
 
+@pytest.mark.upkeep
 def test_a_governor_swings_by_the_energy_of_its_one_angle_and_rests_where_that_is_least():
     model, errors = Governor(), []
     for dt in (2e-3, 1e-3):

@@ -49,6 +49,7 @@ def test_no_parameter_of_a_ready_scene_takes_nonsense(model):
                 model(**{field.name: bad})
 
 
+@pytest.mark.upkeep
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.NonsmoothWarning")
 @pytest.mark.parametrize("model", READY, ids=lambda model: model.name)
 def test_what_parameters_do_not_fit_is_refused_in_a_sentence_before_a_step(model):

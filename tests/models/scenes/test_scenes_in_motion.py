@@ -100,6 +100,7 @@ def test_speed_of_dominoes_scales_as_the_root_of_their_height():
     assert four.wave_speed() == pytest.approx(2 * one.wave_speed(), rel=1e-12)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("r, l, n", [(0.35, 0.4, 8), (0.7, 0.8, 4)])
 def test_wrecking_ball_comes_as_a_pendulum_the_more_so_the_lighter_its_chain(r, l, n, simulate):
     model = WreckingBall(r=r, l=l, n=n)

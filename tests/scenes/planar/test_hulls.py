@@ -229,6 +229,7 @@ def nearly(rng):
     return rng.choice([-1, 0, 1], p=[0.4, 0.2, 0.4]) * 10 ** rng.uniform(-16, -2)
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("names", [("box", "box"), ("rounded box", "box"), ("segment", "box"), ("capsule", "box"),
                                    ("capsule", "capsule"), ("segment", "segment")], ids="-".join)  # fmt: skip
 def test_edges_that_are_nearly_parallel_and_flush_are_as_far_apart_as_they_are(names, planar, shape):

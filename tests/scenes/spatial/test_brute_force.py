@@ -60,6 +60,7 @@ def largest_separation(one, two, x):
     return ((B @ n.T).min(axis=0) - (A @ n.T).max(axis=0)).max()
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("names", list(itertools.combinations_with_replacement(FLAT, 2)), ids="-".join)
 def test_the_gap_of_polyhedra_that_overlap_is_that_of_the_nearest_face_of_their_differences(names, spatial):
     one, two = (shape_of(name) for name in names)

@@ -276,6 +276,7 @@ def nearly_aligned(rng, rows, n):
     return x
 
 
+@pytest.mark.upkeep
 @pytest.mark.parametrize("names", [("box", "box"), ("rounded box", "box"), ("capsule", "box"), ("box", "capsule"),
                                    ("capsule", "capsule")], ids="-".join)  # fmt: skip
 def test_faces_and_edges_that_are_nearly_parallel_and_flush_have_the_points_of_least_distance(names, spatial, solid):
