@@ -27,6 +27,9 @@ from benchmarks.core_scenes import row_of_blocks, sliding_rod
 from nonsmooth.catalogue.entries import load
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.scenes.materials import Material
+from nonsmooth.scenes.scene import Scene
+from nonsmooth.scenes.shapes import Disc, HalfPlane
 
 REPEATS = 7
 MOTION = "motion"
@@ -73,6 +76,9 @@ def print_steps() -> None:
         runs[f"{model}, own loop"] = lambda model=model: run_model(model, True)  # type: ignore[misc]
     for n in (2, 6, 12):
         runs[f"row of {n} blocks"] = lambda n=n: run_row(n)  # type: ignore[misc]
+    for n in (1, 10):
+        runs[f"scene of {n} rolling discs"] = lambda n=n: run_discs(n, STEPS)  # type: ignore[misc]
+        runs[f"scene of {n} discs, every step recorded"] = lambda n=n: run_discs(n, 1)  # type: ignore[misc]
     with tempfile.TemporaryDirectory() as folder:
         runs["rod, every step recorded"] = lambda: run_recorded(None)
         runs["rod, streamed to a checkpoint"] = lambda: run_recorded(Path(folder) / "rod.ckpt")
@@ -149,6 +155,17 @@ def run_row(n: int) -> float:
         row_of_blocks(n), (0, STEPS * 1e-5), np.zeros(2 * n), u_0, integrator=MoreauJean(dt=1e-5), every=STEPS
     )
     return solution.stats.wall_time / STEPS * 1e9
+
+
+def run_discs(n: int, every: int) -> float:
+    """Nanoseconds a step of a scene of n discs that roll, with a record of all after so many steps."""
+    scene = Scene(gravity=(0.0, -9.81), material=Material(mu=0.5))
+    scene.fixed(HalfPlane((0.0, 1.0)))
+    for k in range(n):
+        scene.body(Disc(0.1), mass=1.0, position=(0.5 * k, 0.1), velocity=(0.3, 0.0))
+    started = time.perf_counter()
+    simulate_whole(scene, (0, STEPS * 1e-4), integrator=MoreauJean(dt=1e-4), every=every)
+    return (time.perf_counter() - started) / STEPS * 1e9
 
 
 def compile_c(folder: Path) -> dict[str, Path]:

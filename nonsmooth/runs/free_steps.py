@@ -18,6 +18,7 @@ class FreeSteps(SceneRun):
 
     course: Any  # where it is: the time t, the target that no step goes past, the lengths of steps [s]
     cure: str  # of a step that became too short
+    may_write = False
 
     def _times(self, t_span: tuple[float, float], every: int, t_eval: Any) -> RecordTimes:
         """The record times, or start and end where every so many steps are recorded."""

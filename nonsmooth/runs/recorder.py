@@ -16,9 +16,11 @@ import numpy as np
 
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.assembly.written import Written
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record, no_rows
+from nonsmooth.jit.blocks import new
 from nonsmooth.results.events import MAX_EVENTS
 from nonsmooth.results.recorded import BODIES, CONTACTS, KINDS, KINDS_OF_SCENE, LEDGER, PAIRS
 from nonsmooth.results.scene_solution import SceneSolution
@@ -29,6 +31,7 @@ from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of, left_ou
 ROW_CAPACITY = 4096  # chosen: rows between two visits of Python
 GROWTH = 2  # chosen: of the room for records of a scene, where their number is that of the steps
 SCENE_WINDOW = 2**22  # chosen: bytes of records of a scene in the window
+CONTACT_ROWS = 2**13  # chosen: contacts of records that steps write by themselves, between two visits of Python
 
 Arrays = dict[str, np.ndarray]
 SceneRun = Any  # of scene_run.py, which has a recorder
@@ -179,10 +182,23 @@ class Window:
         self.kinds, self.world, self.works = kinds, run.world, run.works
         rows = max(2, SCENE_WINDOW // (8 * (motion.x.size + motion.v.size)))
         self.size = min(run.table.count, rows) if run.is_counted else rows
-        self.held = {name: np.empty((self.size, *np.shape(value)), np.asarray(value).dtype)
-                     for name, value in state_of(run, kinds).items()}  # fmt: skip
         self.counted = counted_rows(run, kinds)
+        self.written = self._room(run, rows_of_contacts=CONTACT_ROWS if CONTACTS in kinds else 0)
+        self.held = {name: getattr(self.written, name) for name in state_of(run, kinds)}
+        if run.world.dim == 2 and CONTACTS in kinds:
+            self.held["joint_torques"] = self.held["joint_torques"][:, :, 0]
+        self.numbers = {kind: np.zeros(self.size, np.int64) for kind in self.counted}  # of rows of each record
         self._clear()
+
+    def _room(self, run: SceneRun, rows_of_contacts: int) -> Written:
+        motion = run.world.bodies.motion
+        (n_b, n_x), n = motion.x.shape, motion.v.shape[1]
+        written = new(
+            Written, m=self.size, n_b=n_b, n_x=n_x, n=n, n_w=len(run.assembly.ledger.work),
+            n_n=len(run.assembly.reactions.P), d=run.world.dim, r=rows_of_contacts,
+        )  # fmt: skip
+        written.has_contacts = CONTACTS in self.kinds
+        return written
 
     def _clear(self) -> None:
         self.count = 0
@@ -198,10 +214,37 @@ class Window:
         for name, value in state_of(run, self.kinds, t).items():
             self.held[name][self.count] = value
         if CONTACTS in self.kinds:
-            self.parts[CONTACTS].append(contacts_of(run, self.counted[CONTACTS].names or ()))
+            self._add(CONTACTS, contacts_of(run, self.counted[CONTACTS].names or ()))
         if PAIRS in self.kinds:
-            self.parts[PAIRS].append(run.assembly.exchanged())
+            self._add(PAIRS, run.assembly.exchanged())
         self.count += 1
+
+    def _add(self, kind: str, rows: Arrays) -> None:
+        """Add the rows of a record."""
+        self.parts[kind].append(rows)
+        self.numbers[kind][self.count] = len(rows["i"])
+
+    def let_write(self, times: Sequence[float], due: int, stride: int) -> Written:
+        """Let steps write the next records by themselves: those of these times [s], so many steps apart, the first one
+        behind step ``due``."""
+        written = self.written
+        written.n, written.rows, written.due, written.stride = self.count, 0, due, stride
+        written.is_mixed = 0
+        written.t[self.count : self.count + len(times)] = times
+        return written
+
+    def take_written(self) -> int:
+        """Take over what they wrote; how many records that are."""
+        written, before = self.written, self.count
+        self.count = int(written.n)
+        if CONTACTS in self.kinds and self.count > before:
+            counts = self.numbers[CONTACTS][before : self.count] = written.contacts[before : self.count]
+            order: Any = slice(int(written.rows))
+            if written.is_mixed:  # in the order of their keys, as those of a step
+                order = np.lexsort((written.key[order], np.repeat(np.arange(len(counts)), counts)))
+            names = self.counted[CONTACTS].names or ()
+            self.parts[CONTACTS].append({name: getattr(written, name)[order].copy() for name in names})
+        return self.count - before
 
     def take(self) -> dict[str, Arrays]:
         """Take the records out: their columns, and those of the kinds that they count."""
@@ -215,7 +258,7 @@ class Window:
             columns |= {f"{LEDGER}/{name}": column for name, column in ledger.items()}
         rows = {"records": columns}
         for kind, row in self.counted.items():
-            columns[f"n_{kind}"] = np.array([len(found["i"]) for found in self.parts[kind]], np.int64)
+            columns[f"n_{kind}"] = self.numbers[kind][: self.count].copy()
             rows[kind] = joined(self.parts[kind], row)
         self._clear()
         return rows

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from itertools import islice, takewhile
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.contact.planar.selection import Selection
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.apart import part_bodies
-from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, TOO_MANY, UNSOLVED
+from nonsmooth.integrators.assembly.progress import DONE, LOST, NO_FRICTION, RECORD, TOO_MANY, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.struck import MOST_STRUCK
 from nonsmooth.integrators.assembly.world import World
@@ -74,6 +76,7 @@ class SceneRun(Run):
     recorder: SceneRecorder
     works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
     is_counted = True  # whether its records are those of the table
+    may_write = True  # whether its steps can write records by themselves
     has_islands = True  # whether contact problems are solved, island by island
     ends = ENDS  # the status of each way in which steps come back but one
     intervals: Iterator[Interval] | None = None  # those between records that are left, once the run has begun
@@ -105,6 +108,9 @@ class SceneRun(Run):
         self.pair_events = PairEvents(self) if EVENTS in self.recorder.kinds else None
         self.watch = SceneWatch(self, functions) if functions else None
         self.watches = [watch for watch in (self.pair_events, self.watch) if watch is not None]
+        stands_between = self.watches or self.asks_before_steps or PAIRS in self.recorder.kinds
+        self.writes_records = self.may_write and not stands_between
+        self.ahead = deque[Interval]()  # behind the present one, as far as they have been looked at
         self.centres = self.world.frames[:, : scene.dim]
         self.began, self.dt = self.table.span[0], 0.0  # of the interval between two records
         self.interval, self.steps_before, self.has_record = 0, 0, False
@@ -152,7 +158,10 @@ class SceneRun(Run):
         while self.status == Status.RUNNING and self.at_hand is not None:
             _, _, count, t_next = self.at_hand
             if (left := self.left(count, t_next)) > 0 and self.steps < end:
-                self.take_steps(min(left, end - self.steps))
+                if self.writes_records:
+                    self._take_recorded(end)
+                else:
+                    self.take_steps(min(left, end - self.steps))
             elif left > 0:
                 break
             else:
@@ -174,7 +183,7 @@ class SceneRun(Run):
     def _next_interval(self) -> None:
         """Go to the next interval, where there is one."""
         assert self.intervals is not None
-        self.at_hand = next(self.intervals, None)
+        self.at_hand = self.ahead.popleft() if self.ahead else next(self.intervals, None)
         if self.at_hand is not None:
             self.began, self.dt, _, _ = self.at_hand
 
@@ -192,10 +201,12 @@ class SceneRun(Run):
 
     def _intervals(self) -> Iterator[Interval]:
         """Start, step, number of steps and end of the intervals between records, from the present one on."""
-        while self.interval < self.table.count - 1:
-            t = self.table.part(self.interval, min(self.interval + TIMES_AT_ONCE, self.table.count))
+        k = self.interval
+        while k < self.table.count - 1:
+            t = self.table.part(k, min(k + TIMES_AT_ONCE, self.table.count))
             dts, counts = self.integrator.steps_between(t)
             yield from zip(t[:-1].tolist(), dts.tolist(), counts.tolist(), t[1:].tolist(), strict=True)
+            k += len(t) - 1
 
     def left(self, count: int, t_next: float) -> int:
         """Steps to the next record: of ``count``, those that were not taken yet."""
@@ -273,6 +284,38 @@ class SceneRun(Run):
         with interrupts_held_back():  # a step is whole, or it is not begun
             end = self.assembly.take_steps(self.dt, most, t)
         self._look_at_end(end, t)
+
+    def _take_recorded(self, end: int) -> None:
+        """Take steps until there are so many, those of equal intervals at once, with the records that fall due."""
+        window = self.recorder.window
+        if window.is_full:
+            self.recorder.empty(self)
+        alike = self._alike(end, window.size - window.count)
+        t, (_, dt, stride, _) = self.now, alike[0]
+        until = min(end, self.steps_before + stride * len(alike))
+        with interrupts_held_back():
+            written = window.let_write([t_next for *_, t_next in alike], self.steps_before + stride, stride)
+            try:
+                code = self.assembly.take_steps(dt, until - self.steps, t, written)
+            finally:
+                self._pass(alike[: window.take_written()])
+        self._look_at_end(DONE if code == RECORD else code, t)
+
+    def _pass(self, intervals: list[Interval]) -> None:
+        """Go on behind intervals whose steps were taken, and whose records were written."""
+        for _, _, count, t in intervals:
+            self.interval, self.steps_before, self.has_record = self.interval + 1, self.steps_before + count, True
+            self.began, self.dt = t, 0.0
+            self._next_interval()
+
+    def _alike(self, end: int, most: int) -> list[Interval]:
+        """The present interval and those behind it that are as it is, up to a number of steps, at most so many."""
+        assert self.at_hand is not None and self.intervals is not None
+        alike, steps = [self.at_hand], self.at_hand[2]
+        needed = min(most, -(-(end - self.steps_before) // steps))
+        self.ahead.extend(islice(self.intervals, max(0, needed - 1 - len(self.ahead))))
+        alike += islice(self.ahead, max(0, needed - 1))
+        return list(takewhile(lambda interval: interval[1:3] == alike[0][1:3], alike))
 
     def _look_at_end(self, end: int, t: float) -> None:
         """Go on after steps from a time t [s], or end the run as they came back."""

@@ -131,7 +131,7 @@ def test_garbage_of_a_compilation_is_left_to_the_next_collection(monkeypatch):
 
 
 def test_much_garbage_is_collected_at_once(monkeypatch):
-    monkeypatch.setattr(cache, "_count_aside", cache.MOST_ASIDE)
+    monkeypatch.setattr(cache, "_count_aside", cache._most_aside)
     assert leave_a_ring()() is None and cache._count_aside == 0
 
 

@@ -32,6 +32,7 @@ NEXT_PART = -1  # code: a part of a step is done, or is to be taken again, short
 NO_FRICTION = 11  # code: a law gives no coefficient at the speed that was met; ``wanted`` is the contact
 BY_LAW = 12  # code: an impact is to follow another law than Newton's (struck.py)
 TOO_MANY = 13  # code: and has more contacts than that is done for; ``wanted`` is one of them
+RECORD = 14  # code: a record is due that Python writes (written.py)
 
 
 class Places(Block):

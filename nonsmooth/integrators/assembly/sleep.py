@@ -68,7 +68,7 @@ class ContactRows(NamedTuple):
     @property
     def P(self) -> np.ndarray:
         """The impulses in the axes of the world."""
-        return np.einsum("crk,cr->ck", self.frame, self.own)
+        return (self.frame * self.own[:, :, None]).sum(axis=1)
 
 
 def rows_of_step(found: Found, network: Network, P: np.ndarray) -> ContactRows:

@@ -58,6 +58,7 @@ from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_spr
 from nonsmooth.integrators.assembly.stages import predict, take_steps
 from nonsmooth.integrators.assembly.struck import strike_by_law
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
+from nonsmooth.integrators.assembly.written import Written, take_recorded
 from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.laws import ImpactLaw
@@ -123,7 +124,7 @@ def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: t
     others += [turn_inertia] if dim == 3 else []
     others += [begin_impact[dim], *OF_REBOUNDS] if has_restitution else []
     others += [write_joints, solve_trees[dim], draw_together, hold_places] if has_joints else []
-    others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step]
+    others += [*rare, ask_of_wandering, note_held, hold_closed, let_sleep, book_step, take_recorded[dim]]
     scratch = planar_scratch if dim == 2 else spatial_scratch
     return Stages(take_steps[dim], find_contacts[dim], scratch, tuple(others))
 
@@ -231,8 +232,9 @@ class Assembly(InMotion):
         self.solver: Solver = new(Solver, fill=0, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self._make_room(2 * n_s + 16 + self.n_others)
 
-    def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
-        """Take so many steps, from a time t [s] that events are told by; returns DONE, LOST or UNSOLVED."""
+    def take_steps(self, dt: float, most: int, t: float = 0.0, written: Written | None = None) -> int:
+        """Take so many steps, from a time t [s] that events are told by, with the records that fall due, where they
+        are to be ``written``; returns DONE, LOST or UNSOLVED, or RECORD where one is to be written by the caller."""
         progress = self.progress
         progress.whole, progress.threads = dt, self.desks.threads
         self.solver.approach = DRIVEN_IN[self.dim] * self.smallest / dt
@@ -242,15 +244,19 @@ class Assembly(InMotion):
         progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:
-            left = most - (int(progress.counts.steps) - first)
-            if progress.stage >= REBOUND and progress.left == 0.0:
-                left += 1  # the step is counted, and not at its end
-            end = int(self.stages.take(progress.address, left))
+            if written is None:
+                left = most - (int(progress.counts.steps) - first)
+                if progress.stage >= REBOUND and progress.left == 0.0:
+                    left += 1  # the step is counted, and not at its end
+                end = int(self.stages.take(progress.address, left))
+            else:
+                end = int(take_recorded(progress.address, written.address, first + most, self.dim))
             if self.verdicts and progress.stage == PREDICT:
                 tell(self, self.paradoxes, self.verdicts, self.examined)
                 self.verdicts = []
             if end == DOUBTFUL:
-                self.examined = t + (int(progress.counts.steps) - first) * dt
+                begun, since = (first, t) if written is None else written.begin_of_interval(first, t)
+                self.examined = since + (int(progress.counts.steps) - begun) * dt
                 self.verdicts = examine(self) + examine_machines(self)
                 progress.has_verdicts = len(self.verdicts) > 0
             elif end == EXAMINED:
