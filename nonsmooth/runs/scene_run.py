@@ -290,6 +290,8 @@ class SceneRun(Run):
         window = self.recorder.window
         if window.is_full:
             self.recorder.empty(self)
+        if self.status != Status.RUNNING:
+            return  # the memory is used up
         alike = self._alike(end, window.size - window.count)
         t, (_, dt, stride, _) = self.now, alike[0]
         until = min(end, self.steps_before + stride * len(alike))
