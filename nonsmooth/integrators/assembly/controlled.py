@@ -28,10 +28,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.divided import Parts, add_parts, keep_part, land_whole
 from nonsmooth.integrators.assembly.in_motion import ROOM
 from nonsmooth.integrators.assembly.progress import DONE
-from nonsmooth.integrators.assembly.project import LANDS
+from nonsmooth.integrators.assembly.project import LANDS, Moves
 from nonsmooth.integrators.assembly.step import CARRIED, Assembly
 from nonsmooth.integrators.halves import (
     CAUTION,
@@ -42,9 +44,9 @@ from nonsmooth.integrators.halves import (
     OF_A_LANDING,
     SHORT_PART,
 )
-from nonsmooth.jit.blocks import Block, Floats, keep_rows, new
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, keep_rows, new, view
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.places import conjugate, times
 
 ROUNDINGS_OF_PLACES = 16  # chosen: of a place, that are no error
 OFF_BY = 0.5  # derived: of a step, by which a landing is early at most, or a rebound late: each has its half
@@ -53,17 +55,21 @@ WAY_IN_A_STEP = 0.5  # chosen: of the smallest reach, the way of the fastest bod
 NO_SHORTER = -2  # code: the error asks for such a step
 
 
-class Way(NamedTuple):
+class Way(Block):
     """Where a step led."""
 
-    lands: bool  # whether a body landed in it
-    rebounds: bool  # whether one rebounded
-    x: np.ndarray  # (n, n_x) places of the bodies that move
-    v: np.ndarray  # (n, 3|6) their velocities
-    push: np.ndarray  # and by how much of the places penetrations were taken back
+    lands: int  # whether a body landed in it
+    rebounds: int  # whether one rebounded
+    x: Array[Floats, "n_b", "n_x"]  # places of the bodies
+    v: Array[Floats, "n_b", "n"]  # their velocities
+    push: Array[Floats, "n_b", "n"]  # and by how much of the places penetrations were taken back
 
 
-Snapshot = dict[str, np.ndarray]  # the words of blocks
+class Snapshot(NamedTuple):
+    """All that the next step depends on."""
+
+    words: dict[str, np.ndarray]  # of blocks
+    made: int  # times that the steps had been told where blocks are
 
 
 class Course(Block):
@@ -75,13 +81,95 @@ class Course(Block):
     longest_h: float  # that was kept [s]
     shortest_h: float  # [s]
     rejected: int
+    rtol: float
+    atol: float  # [m]
     worst_residual: float
     worst_time: float  # when that was [s]
     is_together: int  # whether a body has been struck by several
     first_together: float  # when it first was [s]
     v: Array[Floats, "n_b", "n"]  # velocities at the beginning of the step [m/s]
     start: Array[Floats, "n_b", "d"]  # places of the centres at the start of the run [m]
-    size: Array[Floats, "n_b"]  # of the reach of a body and its farthest way from there, the sum [m]
+    reach: Array[Floats, "n_b"]  # of a body [m]
+    size: Array[Floats, "n_b"]  # of that and its farthest way from its start, the sum [m]
+
+
+@kernel("void(int64, int64, int64, int64, float64)")
+def keep_way(bodies_at, network_at, moves_at, way_at, h):
+    """Keep where a part of a step led, h long: places and velocities, whether a body landed in it, and by how much of
+    the places penetrations were taken back, a share of them in a step, however short it is."""
+    motion, islands = view(bodies_at, Bodies).motion, view(network_at, Network).islands
+    moves, way, is_pushed = view(moves_at, Moves), view(way_at, Way), False
+    for k in range(islands.count):
+        way.lands = 1 if moves.lands[k] == LANDS else way.lands
+        is_pushed = is_pushed or moves.deep[k] == 1
+    for b in range(motion.x.shape[0]):
+        for a in range(motion.x.shape[1]):
+            way.x[b, a] = motion.x[b, a]
+        for a in range(motion.v.shape[1]):
+            way.v[b, a] = motion.v[b, a]
+            way.push[b, a] += moves.push[b, a] * h if is_pushed else 0.0
+
+
+@kernel("float64(int64, int64, int64, int64, float64, float64, float64)")
+def worst_error(bodies_at, course_at, whole_at, halves_at, h, left, falls):
+    """e / tol of the worst body: how far the places are from one another, but for what is taken back of penetrations,
+    or will be in a time ``left`` by the velocities after a landing. These differ where the landing takes the halves and
+    not the whole, but no more than they change with its place. ``falls`` changes velocities without contacts [m/s^2].
+    """
+    bodies, course = view(bodies_at, Bodies), view(course_at, Course)
+    whole, halves, d, worst = view(whole_at, Way), view(halves_at, Way), bodies.gravity.shape[0], 0.0
+    lands = whole.lands == 1 or halves.lands == 1 or halves.rebounds == 1
+    for b in range(course.reach.shape[0]):
+        if bodies.motion.moves[b] == 0:
+            continue
+        reach, square, far = course.reach[b], 0.0, 0.0
+        for a in range(d):
+            square += (halves.x[b, a] - course.start[b, a]) ** 2
+            far = max(far, abs(halves.x[b, a]))
+        course.size[b] = max(course.size[b], reach + sqrt(square))
+        e = apart(whole, halves, b, reach, d) - ROUNDINGS_OF_PLACES * EPS * (far + reach)
+        jump = change_of(halves.v, course.v, 1.0, b, reach, d)
+        if left > 0.0:
+            way = h * change_of(halves.v, course.v, 0.0, b, reach, d)
+            e = max(e, left * min(change_of(halves.v, whole.v, 1.0, b, reach, d), jump * way / reach))
+        if lands:
+            e = max(e, OFF_BY * h * (jump - h * falls))
+        if not e < inf:
+            return inf
+        worst = max(worst, e / (course.atol + course.rtol * course.size[b]))
+    return worst
+
+
+@kernel
+def apart(whole, halves, b, reach, d):
+    """How far the places of body b are from one another, or its reach times the angle [m]."""
+    place, turn = 0.0, 0.0
+    for a in range(d):
+        place += (halves.x[b, a] - whole.x[b, a] - (halves.push[b, a] - whole.push[b, a])) ** 2
+    for a in range(d, whole.v.shape[1]):
+        turned = halves.x[b, a] - whole.x[b, a] if d == 2 else turn_between(whole.x, halves.x, b, a - d)
+        turn += (turned - (halves.push[b, a] - whole.push[b, a])) ** 2
+    return max(sqrt(place), reach * sqrt(turn))
+
+
+@kernel
+def turn_between(x, y, b, axis):
+    """By which the unit quaternion of y is turned from that of x about an axis of the world [rad]."""
+    k, m = 4 + (axis + 1) % 3, 4 + (axis + 2) % 3
+    w = x[b, 3] * y[b, 3] + x[b, 4] * y[b, 4] + x[b, 5] * y[b, 5] + x[b, 6] * y[b, 6]
+    turn = x[b, 3] * y[b, 4 + axis] - y[b, 3] * x[b, 4 + axis] - (y[b, k] * x[b, m] - y[b, m] * x[b, k])
+    return 2.0 * turn if w >= 0.0 else -2.0 * turn
+
+
+@kernel
+def change_of(v, before, share, b, reach, d):
+    """The size of v less a share of another velocity of body b, or of its reach times its turning rate [m/s]."""
+    place, turn = 0.0, 0.0
+    for a in range(d):
+        place += (v[b, a] - share * before[b, a]) ** 2
+    for a in range(d, v.shape[1]):
+        turn += (v[b, a] - share * before[b, a]) ** 2
+    return max(sqrt(place), reach * sqrt(turn))
 
 
 class Controlled(Assembly):
@@ -98,19 +186,22 @@ class Controlled(Assembly):
     """
 
     kept = (*CARRIED, "course")
-    own_stages = (land_whole,)
+    own_stages = (land_whole, keep_way, worst_error)
+    made = 0  # times that the steps were told where blocks are
 
     def __init__(self, rtol: float, atol: float, t_0: float, t_1: float, *options: Any) -> None:
         super().__init__(*options)
         self.progress.may_divide, self.progress.lands_whole = 0, 1
-        motion, n_b = self.bodies.motion, len(self.bodies.mass)
-        self.rtol, self.atol, self.span, self.end = rtol, atol, t_1 - t_0, t_1
+        motion, (n_b, n_x), n = self.bodies.motion, self.bodies.motion.x.shape, 3 * (self.dim - 1)
+        self.span, self.end = t_1 - t_0, t_1
         self.moving = np.flatnonzero(motion.moves == 1)
-        self.course: Course = new(Course, n_b=n_b, d=self.dim, n=3 * (self.dim - 1))
+        self.course: Course = new(Course, n_b=n_b, d=self.dim, n=n)
         self.course.t, self.course.h, self.course.shortest_h = t_0, FIRST_PART * self.span, inf
+        self.course.rtol, self.course.atol = rtol, atol
         self.course.start[:] = motion.x[:, : self.dim]
-        self.course.size[:] = self.reach_of(np.arange(n_b))
-        self.reach = self.course.size[self.moving].copy()
+        self.course.reach[:] = self.course.size[:] = self.reach_of(np.arange(n_b))
+        self.whole, self.halves = (new(Way, n_b=n_b, n_x=n_x, n=n) for _ in range(2))
+        self.before: Parts = new(Parts, m=0, d=self.dim)  # the first of two halves
 
     def take_controlled(self, prepare: Callable[[float, float], None]) -> int:
         """Take one step, as long as its error allows, to ``course.target`` at most; ``prepare`` (t, dt) what functions
@@ -139,7 +230,7 @@ class Controlled(Assembly):
     def _fail(self, t: float, h: float, prepare: Callable[[float, float], None]) -> int:
         """Take a step that cannot be taken once more, so that its contacts are there to be named; why it cannot be."""
         begin = self._snapshot()
-        end, _ = self._take(t, h, 1, prepare)
+        end = self._take(t, h, 1, self.whole, prepare)
         if end != DONE:
             return end
         self._go_back(begin)
@@ -149,21 +240,20 @@ class Controlled(Assembly):
         self, t: float, h: float, begin: Snapshot, prepare: Callable[[float, float], None]
     ) -> tuple[int, float, int]:
         """Take a step whole, and from a snapshot again as two halves; how that ended, and the error with its order."""
-        end, whole = self._take(t, h, 1, prepare)
+        end = self._take(t, h, 1, self.whole, prepare)
         self._go_back(begin)
         if end == DONE:
-            end, halves = self._take(t, h, 2, prepare)
+            end = self._take(t, h, 2, self.halves, prepare)
         if end != DONE:
             return end, inf, 1
-        if whole.lands or halves.lands or halves.rebounds:
-            return end, self._difference(whole, halves, h, self.end - t - h) / OF_A_LANDING, 1
-        return end, self._difference(whole, halves, h, 0.0) / OF_HALVES / max(h / self.span, SHORT_PART), 2
+        if self.whole.lands or self.halves.lands or self.halves.rebounds:
+            return end, self._error(h, self.end - t - h) / OF_A_LANDING, 1
+        return end, self._error(h, 0.0) / OF_HALVES / max(h / self.span, SHORT_PART), 2
 
-    @property
-    def lands(self) -> bool:
-        """Whether a body landed in the step before."""
-        found = self.moves.lands[: int(self.network.islands.count)]
-        return bool((found == LANDS).any())
+    def _error(self, h: float, left: float) -> float:
+        """e / tol of the worst body."""
+        at = self.bodies.address, self.course.address, self.whole.address, self.halves.address
+        return float(worst_error(*at, h, left, self._falls()))
 
     def _longest(self) -> float:
         """The step in which the fastest body goes WAY_IN_A_STEP of the smallest reach."""
@@ -176,52 +266,42 @@ class Controlled(Assembly):
         """What changes velocities without contacts, at most [m/s^2]."""
         return self.gravity + float(self.bodies.strongest)
 
-    def _take(self, t: float, h: float, parts: int, prepare: Callable[[float, float], None]) -> tuple[int, Way]:
-        """Take a step in so many equal parts; how that ended, and where it led."""
-        end, lands, before, push = (
-            DONE,
-            False,
-            new(Parts, m=0, d=self.dim),
-            np.zeros((len(self.moving), 3 * (self.dim - 1))),
-        )
-        pulls, impacts = [np.zeros_like(column) for column in self.reactions], int(self.progress.counts.impacts)
+    def _take(self, t: float, h: float, parts: int, way: Way, prepare: Callable[[float, float], None]) -> int:
+        """Take a step in so many equal parts; how that ended, and to ``way`` where it led."""
+        before, pulls, impacts = None, list[np.ndarray](), int(self.progress.counts.impacts)
+        way.lands, way.push[:] = 0, 0.0
         for part in range(parts):
             if part > 0:
                 before, pulls = self._parts_so_far(), [column.copy() for column in self.reactions]
             begin = t + part * h / parts
             prepare(begin, h / parts)
             end = self.take_steps(h / parts, 1, begin)
-            lands, push = lands or self.lands, push + self._push() * h / parts
+            keep_way(self.bodies.address, self.network.address, self.moves.address, way.address, h / parts)
             if end != DONE:
                 break
-        self._add(before, pulls)
-        motion = self.bodies.motion
-        rebounds = int(self.progress.counts.impacts) > impacts
-        return end, Way(lands, rebounds, motion.x[self.moving].copy(), motion.v[self.moving].copy(), push)
-
-    def _push(self) -> np.ndarray:
-        """By which penetrations were taken back: a share of them in a step, however short it is."""
-        is_pushed = (self.moves.deep[: int(self.network.islands.count)] == 1).any()
-        return self.moves.push[self.moving] * is_pushed
+        if before is not None:
+            self._add(before, pulls)
+        way.rebounds = int(self.progress.counts.impacts) > impacts
+        return end
 
     def _parts_so_far(self) -> Parts:
         """The impulses of the step before, which are those of a part now."""
-        self._make_room_for_parts(len(self.found.gap))
-        keep_part(self.found.address, self.contacts.address, self.network.address, self.parts.address)
-        parts = new(Parts, m=len(self.parts.key), d=self.dim)
-        keep_rows(self.parts, parts)
-        return parts
+        if len(self.before.key) < len(self.found.gap):
+            self.before = new(Parts, m=len(self.found.gap), d=self.dim)
+        self.before.n_c = 0
+        keep_part(self.found.address, self.contacts.address, self.network.address, self.before.address)
+        return self.before
 
     def _add(self, before: Parts, pulls: list[np.ndarray]) -> None:
         """Add the impulses of parts to those of the step, and those of the joints that are awake."""
-        still, joints = self.bodies.motion.still == 1, self.joints
-        awake = ~(still[joints.body_i] & still[joints.body_j])
-        for column, pull in zip(self.reactions, pulls, strict=True):
-            column[awake] += pull[awake]
-        if before.n_c == 0:
-            return
-        self._make_room_for_parts(int(before.n_c))
-        add_parts(self.parts.address, before.address)
+        if self.joints.count > 0:
+            still, joints = self.bodies.motion.still == 1, self.joints
+            awake = ~(still[joints.body_i] & still[joints.body_j])
+            for column, pull in zip(self.reactions, pulls, strict=True):
+                column[awake] += pull[awake]
+        if before.n_c > 0:
+            self._make_room_for_parts(int(before.n_c))
+            add_parts(self.parts.address, before.address)
 
     def _make_room_for_parts(self, more: int) -> None:
         """Have room for so many more."""
@@ -230,29 +310,6 @@ class Controlled(Assembly):
             parts, self.parts = self.parts, new(Parts, m=int(ROOM * room), d=self.dim)
             keep_rows(parts, self.parts)
             self.go_on()
-
-    def _difference(self, whole: Way, halves: Way, h: float, left: float) -> float:
-        """e / tol of the worst body: how far the places are from one another, but for what is taken back of
-        penetrations, or will be in a time by the velocities after a landing. These differ where the landing takes the
-        halves and not the whole, but no more than they change with its place."""
-        d, x, size = self.dim, halves.x, self.course.size
-        size[self.moving] = np.maximum(size[self.moving], self.reach + norms(x[:, :d] - self.course.start[self.moving]))
-        turned = x[:, d:] - whole.x[:, d:] if d == 2 else turns_between(whole.x[:, d:], x[:, d:])
-        apart = np.hstack((x[:, :d] - whole.x[:, :d], turned)) - (halves.push - whole.push)
-        e = self._sizes_of(apart) - ROUNDINGS_OF_PLACES * EPS * (np.abs(x[:, :d]).max(axis=1) + self.reach)
-        if left > 0.0:
-            way, jump = h * self._sizes_of(halves.v), self._sizes_of(halves.v - self.course.v[self.moving])
-            dv = np.minimum(self._sizes_of(halves.v - whole.v), jump * way / self.reach)
-            e = np.maximum(e, left * dv)
-        if whole.lands or halves.lands or halves.rebounds:
-            struck = self._sizes_of(halves.v - self.course.v[self.moving]) - h * self._falls()
-            e = np.maximum(e, OFF_BY * h * struck)
-        tol = self.atol + self.rtol * size[self.moving]
-        return float((e / tol).max(initial=0.0))
-
-    def _sizes_of(self, change: np.ndarray) -> np.ndarray:
-        """Of changes (n, 3|6) of bodies: of place, or of reach times angle [m]."""
-        return np.maximum(norms(change[:, : self.dim]), self.reach * norms(change[:, self.dim :]))  # type: ignore[no-any-return]
 
     def _note(self, t: float, h: float, change: float, left: float) -> None:
         """Note a step that was kept."""
@@ -276,29 +333,27 @@ class Controlled(Assembly):
         super().restore(sizes[:-1])
         self.parts = new(Parts, m=int(sizes[-1]), d=self.dim)
 
+    def go_on(self) -> None:
+        """Let the steps find the blocks of this process."""
+        super().go_on()
+        self.made += 1
+
     def _snapshot(self) -> Snapshot:
         """All that the next step depends on."""
-        return {name: getattr(self, name).words.copy() for name in CARRIED}
+        return Snapshot({name: getattr(self, name).words.copy() for name in CARRIED}, self.made)
 
     def _go_back(self, begin: Snapshot) -> None:
         """Be as at a snapshot, with the room that there is now."""
-        for name, words in begin.items():
+        self.verdicts = []
+        if begin.made == self.made:
+            for name, words in begin.words.items():
+                getattr(self, name).words[:] = words
+            return
+        for name, words in begin.words.items():
             block = getattr(self, name)
             if len(words) == len(block.words):
                 block.restore(words.view(np.int64))
             else:
                 keep_rows(type(block)(words), block)
         self.solver.direct.desk.graph.end = self.fill
-        self.verdicts = []
         self.go_on()  # addresses are those of now
-
-
-def norms(a: np.ndarray) -> np.ndarray:
-    """Of rows."""
-    return np.sqrt((a * a).sum(axis=1))  # type: ignore[no-any-return]
-
-
-def turns_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """By which unit quaternions (n, 4) are turned from others (n, 3) [rad]; in the axes of the world."""
-    turn = times(b, conjugate(a))
-    return 2.0 * np.copysign(1.0, turn[:, :1]) * turn[:, 1:]  # type: ignore[no-any-return]
