@@ -84,6 +84,7 @@ def number(value: float) -> str:
 class Watched(SceneRun):
     """A run that looks at every step."""
 
+    may_write = False
     seconds, cones = 0.0, 0.0
     places: list[np.ndarray]
 

@@ -134,6 +134,15 @@ def show_values(axes: Any, x: np.ndarray) -> None:
     axes.set_xticks(shown, [tick_of(value) for value in shown])
 
 
+def show_times(axes: Any) -> None:
+    """Ticks at the powers of ten of the horizontal axis; of less than two decades at 1, 2 and 5 of each."""
+    low, high = np.log10(axes.get_xlim())
+    powers = 10.0 ** np.arange(np.floor(low), np.ceil(high) + 1.0)
+    steps = powers if high - low > 2.0 else np.outer(powers, (1.0, 2.0, 5.0)).ravel()
+    if len(shown := steps[(steps >= 10.0**low) & (steps <= 10.0**high)]):
+        show_values(axes, shown)
+
+
 def tick_of(value: float) -> str:
     """A number under an axis: a power of ten as such, a large or a small one with its power."""
     if 1e-4 < value < 1e4:
@@ -190,6 +199,7 @@ def draw_cost(axes: Any, study: Study) -> None:
                     bbox={"fc": "white", "ec": "none", "alpha": 0.85, "pad": 0.5},
                 )  # fmt: skip
     axes.margins(x=0.14, y=0.1)
+    show_times(axes)
     at = study.data.time.values[-1]
     axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={at:.3g}$ s\n[{units_of(study)}]")
     legend_above(axes)
