@@ -9,6 +9,7 @@ twice: with the motion alone, to compare with ``record="motion"``, and with all 
 
 from __future__ import annotations
 
+import functools
 import math
 import os
 import platform
@@ -77,8 +78,8 @@ def print_steps() -> None:
     for n in (2, 6, 12):
         runs[f"row of {n} blocks"] = lambda n=n: run_row(n)  # type: ignore[misc]
     for n in (1, 10):
-        runs[f"scene of {n} rolling discs"] = lambda n=n: run_discs(n, STEPS)  # type: ignore[misc]
-        runs[f"scene of {n} discs, every step recorded"] = lambda n=n: run_discs(n, 1)  # type: ignore[misc]
+        runs[f"scene of {n} rolling discs"] = functools.partial(run_discs, n, STEPS)
+        runs[f"scene of {n} discs, every step recorded"] = functools.partial(run_discs, n, 1)
     with tempfile.TemporaryDirectory() as folder:
         runs["rod, every step recorded"] = lambda: run_recorded(None)
         runs["rod, streamed to a checkpoint"] = lambda: run_recorded(Path(folder) / "rod.ckpt")

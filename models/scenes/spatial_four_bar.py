@@ -162,20 +162,10 @@ class SpatialFourBar:
         scene = Scene(gravity=(0.0, 0.0, 0.0))
         frame = scene.fixed(Sphere(0.5 * self.r), name="frame")
         P, Q = self.points()
-        tau, psi = self.transmission(), self.psi()
+        center, rate_C = np.array((self.D, 0.0, 0.0)), self.transmission() * self.rate
         for name, at, axis, end, angle, length, rate, I, mu in (
             ("crank", np.zeros(3), CRANK_AXIS, P, self.theta, self.A, self.rate, self.I_A, self.mu_A),
-            (
-                "follower",
-                np.array((self.D, 0.0, 0.0)),
-                FOLLOWER_AXIS,
-                Q,
-                psi,
-                self.C,
-                tau * self.rate,
-                self.I_C,
-                self.mu_C,
-            ),
+            ("follower", center, FOLLOWER_AXIS, Q, self.psi(), self.C, rate_C, self.I_C, self.mu_C),
         ):
             scene.body(  # an arm along x of its frame, with its centre of mass on the axis
                 Capsule(length, 0.3 * self.r), mass=1.0, inertia=I * np.eye(3), centre=(-0.5 * length, 0.0, 0.0),

@@ -139,8 +139,9 @@ def reason_for(names: list[str]) -> str:
 def no_collection() -> Iterator[None]:
     """Compile without Python's garbage collector, which goes through all that numba keeps again and again: a fifth of
     the time that kernels compile. What was made meanwhile is put to the objects that live long, without a look at them
-    (a tenth): it is collected with these, or here once it is much, also beside all that lives, which a collection
-    looks at (a quarter, as in Python: in long processes collections were 4 % of the time of all tests)."""
+    (a tenth): it is collected with these, or here once it is more than MOST_ASIDE and, as Python has it, than a quarter
+    of all objects, since a collection looks at all (by MOST_ASIDE alone collections were 4 % of the time of all tests).
+    """
     was_enabled = gc.isenabled()
     gc.disable()
     try:

@@ -69,7 +69,7 @@ class Snapshot(NamedTuple):
     """All that the next step depends on."""
 
     words: dict[str, np.ndarray]  # of blocks
-    made: int  # times that the steps had been told where blocks are
+    placed: int  # times that the addresses of blocks were written before it
 
 
 class Course(Block):
@@ -129,13 +129,13 @@ def worst_error(bodies_at, course_at, whole_at, halves_at, h, left, falls):
         course.size[b] = max(course.size[b], reach + sqrt(square))
         e = apart(whole, halves, b, reach, d) - ROUNDINGS_OF_PLACES * EPS * (far + reach)
         jump = change_of(halves.v, course.v, 1.0, b, reach, d)
+        if not (e < inf and jump < inf):
+            return inf
         if left > 0.0:
             way = h * change_of(halves.v, course.v, 0.0, b, reach, d)
             e = max(e, left * min(change_of(halves.v, whole.v, 1.0, b, reach, d), jump * way / reach))
         if lands:
             e = max(e, OFF_BY * h * (jump - h * falls))
-        if not e < inf:
-            return inf
         worst = max(worst, e / (course.atol + course.rtol * course.size[b]))
     return worst
 
@@ -187,7 +187,7 @@ class Controlled(Assembly):
 
     kept = (*CARRIED, "course")
     own_stages = (land_whole, keep_way, worst_error)
-    made = 0  # times that the steps were told where blocks are
+    placed = 0  # times that the addresses of blocks were written
 
     def __init__(self, rtol: float, atol: float, t_0: float, t_1: float, *options: Any) -> None:
         super().__init__(*options)
@@ -336,16 +336,16 @@ class Controlled(Assembly):
     def go_on(self) -> None:
         """Let the steps find the blocks of this process."""
         super().go_on()
-        self.made += 1
+        self.placed += 1
 
     def _snapshot(self) -> Snapshot:
         """All that the next step depends on."""
-        return Snapshot({name: getattr(self, name).words.copy() for name in CARRIED}, self.made)
+        return Snapshot({name: getattr(self, name).words.copy() for name in CARRIED}, self.placed)
 
     def _go_back(self, begin: Snapshot) -> None:
         """Be as at a snapshot, with the room that there is now."""
         self.verdicts = []
-        if begin.made == self.made:
+        if begin.placed == self.placed:  # all blocks stand where they stood
             for name, words in begin.words.items():
                 getattr(self, name).words[:] = words
             return

@@ -75,8 +75,8 @@ class Joints(Block):
     angle: Array[Floats, "n_j"]  # of j against i at the start, in the plane [rad]
     length: Array[Floats, "n_j"]  # of a distance [m]
     is_looped: Array[Ints, "n_j"]  # 1 of a joint in a loop of joints, which may hold what others do
-    machine: Array[Ints, "n_b"]  # the body that stands for all that are joined to one: no others make a joint soft
-    rest: Array[Floats, "n_b", "2"]  # of a step: of that one, the squares of what a step from rest changes
+    machine: Array[Ints, "n_b"]  # of a body: the one that stands for all that are joined to it
+    rest: Array[Floats, "n_b", "2"]  # of a step, at that one: squares of what it changes of a machine at rest
     first: Array[Ints, "n_b + 1"]  # body b passes through other[first[b] : first[b + 1]]: joined to it, or ignored
     other: Array[Ints, "2 * n_p"]
 

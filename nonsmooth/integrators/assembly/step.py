@@ -44,7 +44,6 @@ from nonsmooth.integrators.assembly.progress import (
     MORE_FACTORS,
     NOT_MET,
     PREDICT,
-    REBOUND,
     TOGETHER,
     TOO_MANY,
     Progress,
@@ -58,7 +57,7 @@ from nonsmooth.integrators.assembly.spring_rows import SIDES, Springs, write_spr
 from nonsmooth.integrators.assembly.stages import predict, take_steps
 from nonsmooth.integrators.assembly.struck import strike_by_law
 from nonsmooth.integrators.assembly.wandering import ask_of_wandering, note_held
-from nonsmooth.integrators.assembly.written import Written, take_recorded
+from nonsmooth.integrators.assembly.written import Written, no_records, take_recorded
 from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.mechanics.laws import ImpactLaw
@@ -197,7 +196,7 @@ class Assembly(InMotion):
         rare += (turn_to_grain,) if surfaces.has_grain else ()
         self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
-        self.ledger, self.progress = new(Ledger), new(Progress)
+        self.ledger, self.progress, self.no_records = new(Ledger), new(Progress), no_records(self.dim)
         self.tol, self.sweeps, self.interior, self.selection = tol, sweeps, interior, selection
         bounded = (shapes.reach + shapes.radius)[np.isfinite(shapes.reach)]
         self.largest = float(bounded.max(initial=0.0))
@@ -235,7 +234,7 @@ class Assembly(InMotion):
     def take_steps(self, dt: float, most: int, t: float = 0.0, written: Written | None = None) -> int:
         """Take so many steps, from a time t [s] that events are told by, with the records that fall due, where they
         are to be ``written``; returns DONE, LOST or UNSOLVED, or RECORD where one is to be written by the caller."""
-        progress = self.progress
+        progress, written = self.progress, self.no_records if written is None else written
         progress.whole, progress.threads = dt, self.desks.threads
         self.solver.approach = DRIVEN_IN[self.dim] * self.smallest / dt
         progress.margin = max(
@@ -244,18 +243,12 @@ class Assembly(InMotion):
         progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:
-            if written is None:
-                left = most - (int(progress.counts.steps) - first)
-                if progress.stage >= REBOUND and progress.left == 0.0:
-                    left += 1  # the step is counted, and not at its end
-                end = int(self.stages.take(progress.address, left))
-            else:
-                end = int(take_recorded(progress.address, written.address, first + most, self.dim))
+            end = int(take_recorded(progress.address, written.address, first + most, self.dim))
             if self.verdicts and progress.stage == PREDICT:
                 tell(self, self.paradoxes, self.verdicts, self.examined)
                 self.verdicts = []
             if end == DOUBTFUL:
-                begun, since = (first, t) if written is None else written.begin_of_interval(first, t)
+                begun, since = written.begin_of_interval(first, t)
                 self.examined = since + (int(progress.counts.steps) - begun) * dt
                 self.verdicts = examine(self) + examine_machines(self)
                 progress.has_verdicts = len(self.verdicts) > 0

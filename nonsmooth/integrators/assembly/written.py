@@ -18,8 +18,10 @@ from nonsmooth.integrators.assembly.progress import DONE, REBOUND, RECORD, Progr
 from nonsmooth.integrators.assembly.sleep import Asleep
 from nonsmooth.integrators.assembly.stages import take_steps
 from nonsmooth.jit import in_dimensions, kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.jit.blocks import Block, Floats, Ints, new, view
 from nonsmooth.scenes.detection import FIRST_ROLLING, Found
+
+NEVER = 2**62  # code: a number of steps that no run comes to
 
 
 class Written(Block):
@@ -53,6 +55,13 @@ class Written(Block):
         """The number of steps and the time [s] of the last record, or those given, where there is none behind them."""
         last = int(self.due - self.stride)
         return (last, float(self.t[self.n - 1])) if last > first else (first, t)
+
+
+def no_records(dim: int) -> Written:
+    """For steps none of which is recorded."""
+    written = new(Written, m=0, r=0, n_b=0, n_n=0, n_x=0, n=0, n_w=0, d=dim)
+    written.due = written.stride = NEVER
+    return written
 
 
 @in_dimensions("int64(int64, int64, int64)")

@@ -13,6 +13,8 @@ from scipy.special import ellipj, ellipk
 
 import nonsmooth as ns
 from nonsmooth.errors import Status
+from nonsmooth.integrators.assembly.controlled import OFF_BY
+from nonsmooth.runs.controlled_run import ControlledRun
 
 G = 9.81
 PLANE, SPACE = (0.0, -G), (0.0, 0.0, -G)
@@ -364,3 +366,36 @@ def test_a_scene_of_few_contacts_is_taken_as_its_system():
     said = by_steps.summary().splitlines()
     assert said[1].startswith("Adaptive(rtol=1e-08, atol=1e-10), because the force on b is a function")
     assert any("steps of" in line and "in vain" in line for line in said)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_error_of_a_step_is_the_distance_of_its_ends_at_the_reach_of_a_body(dim):
+    """Of places and of turns, less what was taken back of penetrations; of velocities where a landing comes."""
+    rng, reach, tol, h, left = np.random.default_rng(dim), 0.7, 1e-6, 1e-3, 0.25
+    scene = ns.Scene(gravity=(0,) * dim)
+    scene.body(ns.Disc(reach) if dim == 2 else ns.Sphere(reach), mass=1.0)
+    run = ControlledRun(scene, (0.0, 1.0), ns.Adaptive(rtol=1e-13, atol=tol), 1, None)
+    assembly = run.assembly
+    for _ in range(20):
+        way, turn = 1e-4 * rng.normal(size=dim), 1e-3 * rng.normal(size=2 * dim - 3)
+        for each in (assembly.whole, assembly.halves):
+            each.x[:], each.v[:], each.push[:] = 0.0, 0.0, 0.0
+            each.lands = each.rebounds = 0
+        if dim == 2:
+            assembly.halves.x[0, 2:] = turn
+        else:
+            first = Rotation.from_rotvec(rng.normal(size=3))
+            for each, at in ((assembly.whole, first), (assembly.halves, Rotation.from_rotvec(turn) * first)):
+                each.x[0, 3:] = np.roll(at.as_quat(), 1) * rng.choice((-1, 1))
+        assembly.halves.x[0, :dim] = way
+        push = np.concatenate((0.5 * way, 0.0 * turn))
+        assembly.halves.push[0] = push
+        apart = max(np.linalg.norm(0.5 * way), reach * np.linalg.norm(turn))
+        assert assembly._error(h, 0.0) == pytest.approx(apart / tol, rel=2e-6)
+        assembly.course.v[:], assembly.halves.v[:], assembly.whole.v[:] = 0.0, 0.0, 0.0
+        assembly.halves.v[0, :dim], assembly.whole.lands = 1000.0 * way, 1
+        speed = 1000.0 * np.linalg.norm(way)
+        struck, later = OFF_BY * h * speed, left * min(speed, speed * h * speed / reach)
+        assert assembly._error(h, left) == pytest.approx(max(apart, struck, later) / tol, rel=2e-6)
+    assembly.halves.x[0, 0] = np.nan
+    assert assembly._error(h, left) == np.inf
