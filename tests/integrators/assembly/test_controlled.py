@@ -376,8 +376,8 @@ def test_the_error_of_a_step_is_the_distance_of_its_ends_at_the_reach_of_a_body(
     scene.body(ns.Disc(reach) if dim == 2 else ns.Sphere(reach), mass=1.0)
     run = ControlledRun(scene, (0.0, 1.0), ns.Adaptive(rtol=1e-13, atol=tol), 1, None)
     assembly = run.assembly
-    for _ in range(20):
-        way, turn = 1e-4 * rng.normal(size=dim), 1e-3 * rng.normal(size=2 * dim - 3)
+    for far in (1e-2, 1.0) * 10:  # the turn counts, or the way
+        way, turn = 1e-3 * far * rng.normal(size=dim), 1e-4 * rng.normal(size=2 * dim - 3)
         for each in (assembly.whole, assembly.halves):
             each.x[:], each.v[:], each.push[:] = 0.0, 0.0, 0.0
             each.lands = each.rebounds = 0
@@ -388,13 +388,12 @@ def test_the_error_of_a_step_is_the_distance_of_its_ends_at_the_reach_of_a_body(
             for each, at in ((assembly.whole, first), (assembly.halves, Rotation.from_rotvec(turn) * first)):
                 each.x[0, 3:] = np.roll(at.as_quat(), 1) * rng.choice((-1, 1))
         assembly.halves.x[0, :dim] = way
-        push = np.concatenate((0.5 * way, 0.0 * turn))
-        assembly.halves.push[0] = push
-        apart = max(np.linalg.norm(0.5 * way), reach * np.linalg.norm(turn))
+        assembly.halves.push[0] = 0.5 * np.concatenate((way, turn))
+        apart = 0.5 * max(np.linalg.norm(way), reach * np.linalg.norm(turn))
         assert assembly._error(h, 0.0) == pytest.approx(apart / tol, rel=2e-6)
         assembly.course.v[:], assembly.halves.v[:], assembly.whole.v[:] = 0.0, 0.0, 0.0
-        assembly.halves.v[0, :dim], assembly.whole.lands = 1000.0 * way, 1
-        speed = 1000.0 * np.linalg.norm(way)
+        assembly.halves.v[0, :dim], assembly.whole.lands = 1e4 * way, 1
+        speed = 1e4 * np.linalg.norm(way)
         struck, later = OFF_BY * h * speed, left * min(speed, speed * h * speed / reach)
         assert assembly._error(h, left) == pytest.approx(max(apart, struck, later) / tol, rel=2e-6)
     assembly.halves.x[0, 0] = np.nan
