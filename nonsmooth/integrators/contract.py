@@ -89,6 +89,7 @@ class Integrator:
     is_spatial: ClassVar[bool] = False  # whether it takes friction in two directions
     pieces: ClassVar[int] = 1  # polynomials a step, at most
     degree: ClassVar[int] = 0  # and their degree
+    curved: ClassVar[int] = 0  # that of the coordinates where q' is not u; 0: they go straight
     events_at_once: ClassVar[int] = EVENTS_AT_ONCE
     budget: ClassVar[str] = ""  # what is used up where the loop returns BUDGET_SPENT
     callbacks: tuple[Kernel, ...] = ()  # what the memory calls by its address: rates, event functions

@@ -158,7 +158,7 @@ class RecordCounts(Block):
     next: int  # of the times of the records
 
 
-class Steps(Block, n_q=0):
+class Steps(Block, n_q=0, curved=0):
     """The motion within the steps, u(t + theta h) = u_0 + sum_k B_k theta^k; where they are not kept, the last one."""
 
     n_steps: int
@@ -168,10 +168,11 @@ class Steps(Block, n_q=0):
     q: Array[Floats, "steps", "n_q or n"]  # at the beginning
     u: Array[Floats, "steps", "n"]
     B: Array[Floats, "steps", "degree", "n"]
+    Q: Array[Floats, "steps", "curved", "n_q"]  # where q' is not u, q(t + theta h) = q_0 + sum_k Q_k theta^k
 
 
 class Record(
-    Block, forces=0, steps=0, degree=0, n_q=0, m_q="m", m_u="m", m_g_N="m", m_P="m", m_mode="m", m_slip="m",
+    Block, forces=0, steps=0, degree=0, n_q=0, curved=0, m_q="m", m_u="m", m_g_N="m", m_P="m", m_mode="m", m_slip="m",
     m_ledger="m",
 ):  # fmt: skip
     """What a run writes down, m rows, and the motion within its steps; the caller empties them.
@@ -180,7 +181,7 @@ class Record(
     """
 
     counts: RecordCounts
-    steps: Array[Steps, "n_q = n_q"]
+    steps: Array[Steps, "n_q = n_q", "curved = curved"]
     t: Array[Floats, "m"]
     q: Array[Floats, "m_q", "n_q or n"]
     u: Array[Floats, "m_u", "n"]

@@ -47,6 +47,25 @@ def move_along(sys, q, tau, u, work, out):
 
 
 @kernel
+def coordinate_rates(sys, u, work, out):
+    """out[:n_q] = q' at the velocities u, with work.B as it is."""
+    if has_kinematics(sys):
+        rates_along(sys, u, work, out)
+    else:
+        for i in range(sys.n):
+            out[i] = u[i]
+
+
+@rare_kernel
+def rates_along(sys, u, work, out):
+    """out[:n_q] = B u."""
+    for i in range(sys.n_q):
+        out[i] = 0.0
+        for j in range(sys.n):
+            out[i] += work.B[i, j] * u[j]
+
+
+@kernel
 def find_kinematics(sys, t, q, u, work):
     """B at a state, to work.B; False if the function raised."""
     return not has_kinematics(sys) or evaluate(sys, KINEMATICS, t, q, u, work.B)

@@ -3,7 +3,8 @@
     u(t_k + theta h_k) = u_k + sum_j B_kj theta^j,    q = q_k + h_k (theta u_k + sum_j B_kj theta^(j+1)/(j+1))
 
 Within a step the velocities are a polynomial and the coordinates its integral, so that q' = u everywhere. Where a
-system says q' = B u the coordinates go straight, q = q_k + h_k theta Q_k, from one record to the next.
+system says q' = B u the coordinates have a polynomial of their own, q = q_k + sum_j Q_kj theta^j, straight from one
+record to the next where the integrator offers no other.
 Between two steps the velocities may jump: the value at that time is the one after it, or, if asked for, before it.
 Which polynomial an integrator offers: integrators/radau/polynomial.py (EventDriven, Penalty), adaptive/polynomial.py
 (Adaptive), and `between_records` of a step of Moreau–Jean.
@@ -52,7 +53,7 @@ class Motion(Worded):
     t, h : (m,) beginnings and lengths of the steps [s]
     q, u : (m, n) at the beginnings
     B : (m, degree, n) coefficients of the velocities
-    Q : (m, n_q) rates of the coordinates where q' = B u, or None
+    Q : (m, degree, n_q) coefficients of the coordinates where q' = B u, or None
     start, end : (time [s], q (n,), u (n,))
         The state before an impact at the start, and after one at the end.
     """
@@ -100,8 +101,12 @@ class Motion(Worded):
         for j in range(self.B.shape[1], 0, -1):
             u = theta * (self.B[k, j - 1] + u)
             area = self.B[k, j - 1] / (j + 1) + theta * area
-        rates = self.u[k] + theta * area if self.Q is None else self.Q[k]
-        return self.q[k] + theta * self.h[k][:, None] * rates, self.u[k] + u
+        if self.Q is None:
+            return self.q[k] + theta * self.h[k][:, None] * (self.u[k] + theta * area), self.u[k] + u
+        q = np.zeros((len(t), self.q.shape[1]))
+        for j in range(self.Q.shape[1], 0, -1):
+            q = theta * (self.Q[k, j - 1] + q)
+        return self.q[k] + q, self.u[k] + u
 
     def after(self, earlier: Motion) -> Motion:
         """This motion behind an earlier one."""
@@ -128,7 +133,7 @@ def join_motions(
     padded = [np.pad(B, ((0, 0), (0, degree - B.shape[1]), (0, 0))) for B in polynomials]
     t, h, q, u, B, *Q = (np.concatenate(column) for column in (t, h, q, u, padded, *Q))
     if is_straight and not Q:
-        Q = [(np.vstack((q[1:], end[1])) - q) / h[:, None]]
+        Q = [(np.vstack((q[1:], end[1])) - q)[:, None]]
     return Motion(t, h, q, u, B, start, end, *Q)
 
 
@@ -176,9 +181,9 @@ def between_records(
     begin_u, end_u = np.insert(start_u, where, u[1:][jumps], axis=0), np.insert(u, where, u[:-1][jumps], axis=0)
     h = np.diff(node_t)
     change = end_u[1:] - begin_u[:-1]
-    Q = np.diff(node_q, axis=0) / h[:, None]
-    mean = 0.5 * change if is_straight else Q - begin_u[:-1]
+    moved = np.diff(node_q, axis=0)
+    mean = 0.5 * change if is_straight else moved / h[:, None] - begin_u[:-1]
     B = np.zeros((len(h), RECORDS_DEGREE, u.shape[1]))
     B[:, 0], B[:, 1] = 6.0 * mean - 2.0 * change, 3.0 * change - 6.0 * mean
     ends = (t[0], q[0], u[0]), (t[-1], q[-1], u[-1])
-    return Motion(node_t[:-1], h, node_q[:-1], begin_u[:-1], B, *ends, Q if is_straight else None)
+    return Motion(node_t[:-1], h, node_q[:-1], begin_u[:-1], B, *ends, moved[:, None] if is_straight else None)

@@ -46,7 +46,7 @@ ENDINGS, NETCDF = (".npz", *HDF5), ".nc"
 ARRAYS = (*PER_RECORD, "event_rows")
 LEDGER, MOTION = "ledger/", "motion/"
 OF_EVENTS = ("t_events", "q_events", "u_events")
-STEPS = ("t", "h", "q", "u", "B")
+STEPS = ("t", "h", "q", "u", "B", "Q")  # defined: columns of a motion; the last one where q' is not u
 Result = TypeVar("Result", Solution, SceneSolution)
 
 
@@ -95,7 +95,7 @@ def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
 
 def _arrays_of_motion(motion: Motion) -> dict[str, np.ndarray]:
     """The steps of a motion, and its two ends as (t, q, u)."""
-    columns = dict(zip(STEPS, motion.steps, strict=True))
+    columns = dict(zip(STEPS, motion.steps, strict=False))
     columns |= {"start": np.concatenate([[motion.start[0]], *motion.start[1:]]),
                 "end": np.concatenate([[motion.end[0]], *motion.end[1:]])}  # fmt: skip
     return {MOTION + name: column for name, column in columns.items()}
@@ -104,8 +104,8 @@ def _arrays_of_motion(motion: Motion) -> dict[str, np.ndarray]:
 def _motion(arrays: Mapping[str, np.ndarray]) -> Motion:
     n = arrays[MOTION + "q"].shape[1]
     ends = [(float(row[0]), row[1 : n + 1], row[n + 1 :]) for row in (arrays[MOTION + "start"], arrays[MOTION + "end"])]
-    t, h, q, u, B = (arrays[MOTION + name] for name in STEPS)
-    return Motion(t, h, q, u, B, ends[0], ends[1])
+    t, h, q, u, B = (arrays[MOTION + name] for name in STEPS[:-1])
+    return Motion(t, h, q, u, B, ends[0], ends[1], arrays.get(MOTION + STEPS[-1]))
 
 
 def fill_hdf5(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:

@@ -35,7 +35,7 @@ from nonsmooth.results.recorded import (
 )
 
 ALWAYS, BETWEEN, FOUND = "", "motion", "found"  # code: kinds that nobody asks for: the last two are there, or not
-OPTIONAL = ("la",)  # which not every run of its kind has
+OPTIONAL = ("la", "motion/Q")  # which not every run of its kind has
 COUNTED = {CONTACTS: "m", PAIRS: "n_p"}  # kinds with rows of their own, which a record counts: n_contacts, n_pairs
 OF_RECORD = ("pairs/t", "pairs/record")  # columns of these that the records tell
 
@@ -73,6 +73,7 @@ SYSTEM: Table = (
     Column("motion/q", REAL, ("m", "n_q"), "", "coordinates at their beginnings", BETWEEN),
     Column("motion/u", REAL, ("m", "n_u"), "", "velocities at their beginnings", BETWEEN),
     Column("motion/B", REAL, ("m", "degree", "n_u"), "", "coefficients of the velocities", BETWEEN),
+    Column("motion/Q", REAL, ("m", "degree_q", "n_q"), "", "and of the coordinates, where q' is not u", BETWEEN),
     Column("motion/start", REAL, ("1 + n_q + n_u",), "", "t, q, u before an impact at the start", BETWEEN),
     Column("motion/end", REAL, ("1 + n_q + n_u",), "", "t, q, u after an impact at the end", BETWEEN),
 )

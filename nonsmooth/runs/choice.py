@@ -6,9 +6,10 @@ The rules, in this order:
 2. few contacts that are decided at once: EventDriven;
 3. up to 100 unilateral contacts without friction: Adaptive, whose every contact problem has one solution, found in a
    few pivots from the one before;
-4. else, if a tolerance is asked for: Adaptive, and so for q' = B u and friction in two directions;
-5. else, and for these without a tolerance, MoreauJean, with the model's own ``dt``, where it has one,
-   else a ten-thousandth of the span.
+4. else, if a tolerance is asked for: Adaptive;
+5. else MoreauJean, with the model's own ``dt``, where it has one, else a ten-thousandth of the span.
+
+With q' = B u or friction in two directions rule 2 goes by the number of contacts, and rule 3 is left out.
 
 Where EventDriven meets more contacts at once than it can enumerate, or events without time between them, the whole run
 is taken again by Adaptive with its tolerances, or, of more than 12 contacts and where no tolerance is asked for, by
@@ -33,7 +34,7 @@ from nonsmooth.contact.islands import find_islands
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.contract import Choice, Integrator
-from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
+from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven, refused_in_space
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.situation import largest_closed_gap
@@ -48,6 +49,8 @@ LOCATED_EVENTS_RTOL, MANY_CONTACTS_RTOL = 1e-8, 1e-6
 PER_ATOL = 100  # chosen: rtol over atol [1/SI units]
 STEPS_OF_SPAN = 10_000  # chosen: in the span, of a model without a step of its own
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)  # code: of runs that another integrator can go through
+# code: the same in space, where steps pass coupled slides that lose their force too
+GIVEN_UP_IN_SPACE = (*GIVEN_UP, Status.NO_SOLUTION, Status.STEP_VANISHED)
 
 
 @dataclass(frozen=True)
@@ -91,17 +94,17 @@ class Auto(Choice):
         fine = LOCATED_EVENTS_RTOL if self.rtol is None else self.rtol
         stepper = stepper_of(model, t_span)
         whose = f"a part in {STEPS_OF_SPAN} of the span" if own_time(model, "dt") is None else "the model's own"
-        if system.is_spatial and self.rtol is not None:
-            return Adaptive(fine, fine / PER_ATOL), "it keeps the tolerance asked for, in space by plain steps"
-        if system.is_spatial:
+        located = EventDriven(fine, fine / PER_ATOL)
+        if n_c == 0:
+            return located, "there are no contacts, and smooth motion is integrated with order 5"
+        contacts = "1 contact" if n_c == 1 else f"{n_c} contacts"
+        if system.is_spatial and (n_c > MOST_CONTACTS or any(refused_in_space(system))):
+            if self.rtol is not None:
+                return Adaptive(fine, fine / PER_ATOL), "it keeps the tolerance asked for, in space by plain steps"
             step_of_none = MoreauJean(1.0)  # of a span without length no step is taken
             return stepper or step_of_none, f"it takes motion and friction in space; dt is {whose}"
-        if n_c == 0:
-            return EventDriven(
-                fine, fine / PER_ATOL
-            ), "there are no contacts, and smooth motion is integrated with order 5"
-        located = EventDriven(fine, fine / PER_ATOL)
-        contacts = "1 contact" if n_c == 1 else f"{n_c} contacts"
+        if system.is_spatial:
+            return located, f"every event of {contacts} can be located"
         if n_c <= MOST_CONTACTS and n_friction <= MOST_WITH_FRICTION:
             return located, f"every event of {contacts} can be located"
         if n_c <= MOST_WITHOUT_FRICTION and n_friction == 0 and (system.kinds[:, 0] == UNILATERAL).all():
@@ -127,9 +130,10 @@ class Auto(Choice):
         self, chosen: Integrator, status: Status, model: Any, system: System, t_span: tuple[float, float]
     ) -> Integrator | None:
         """Where EventDriven could not go on, what steps through any number of contacts and events; else None."""
-        if not isinstance(chosen, EventDriven) or status not in GIVEN_UP:
+        if not isinstance(chosen, EventDriven) or status not in (GIVEN_UP_IN_SPACE if system.is_spatial else GIVEN_UP):
             return None
-        stepper = stepper_of(model, t_span) if self.rtol is None and system.n_c > MOST_CONTACTS else None
+        goes_by_steps = self.rtol is None and (system.is_spatial or system.n_c > MOST_CONTACTS)
+        stepper = stepper_of(model, t_span) if goes_by_steps else None
         return Adaptive(chosen.rtol, chosen.atol) if stepper is None else stepper
 
 

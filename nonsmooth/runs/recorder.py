@@ -74,6 +74,7 @@ class Recorder:
         rows = ROW_CAPACITY if run.schedule.every > 0 else len(run.schedule.t)
         steps = 0 if not integrator.chooses_steps else integrator.pieces * STEPS_PER_VISIT if keeps_steps else 1
         lengths = {"forces": rows if integrator.has_forces else 0, "steps": steps, **no_rows(left_out(run.kept))}
+        lengths["curved"] = integrator.curved
         record = run.workspace.record_of(m=rows, **system.sizes, degree=integrator.degree, **lengths)  # fmt: skip
         record.steps.is_kept = keeps_steps and integrator.chooses_steps
         return record
@@ -162,7 +163,8 @@ def new_rows(record: Record) -> Columns:
 def new_steps(record: Record) -> Steps:
     """Take the steps out of a record."""
     steps = record.steps
-    taken = tuple(column[: steps.n_steps].copy() for column in (steps.t, steps.h, steps.q, steps.u, steps.B))
+    columns = (steps.t, steps.h, steps.q, steps.u, steps.B, *((steps.Q,) if steps.Q.size else ()))
+    taken = tuple(column[: steps.n_steps].copy() for column in columns)
     steps.n_steps = 0
     return taken
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators import records
+from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.assembly.paradox_events import MOST_PARADOXES
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
@@ -43,13 +44,14 @@ from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import SceneStats
 from nonsmooth.results.table import event_arrays, event_row
-from nonsmooth.runs.choice import MOST_WITHOUT_FRICTION, STEPS_OF_SPAN, Auto
+from nonsmooth.runs.choice import MOST_WITHOUT_FRICTION, PER_ATOL, STEPS_OF_SPAN, Auto
 from nonsmooth.runs.refused_scenes import require_taken_by_system
 from nonsmooth.scenes.as_system import CURE, moving_of, system_of, touches_of
 from nonsmooth.scenes.elements import Kind
-from nonsmooth.scenes.places import times, turn_by
+from nonsmooth.scenes.places import rotate_all, times, turn_by
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import PLANAR
+from nonsmooth.scenes.solids_as_system import all_tangents
 from nonsmooth.scenes.spheres_as_system import nothing_turns
 
 # measured (docs/scenes.md): contacts with friction that may close, up to which a second takes some ten seconds
@@ -61,23 +63,34 @@ KINDS_OF = {
 }  # fmt: skip
 
 
-def choice_of_scene(choice: Auto, scene: Scene, t_span: tuple[float, float]) -> tuple[Integrator, str]:
-    """The integrator for a scene at its start, and why: of its system where it has one of few contacts."""
+def choice_of_scene(
+    choice: Auto, scene: Scene, t_span: tuple[float, float], refused: dict[str, Any]
+) -> tuple[Integrator, str]:
+    """The integrator for a scene at its start, and why: of its system where it has one of few contacts, and nothing is
+    asked for that such a run does not take."""
     try:
-        system = few_contacts(scene, "a method of systems", t_span[0])
+        require_taken_by_system("a method of systems", refused)
+        system = few_contacts(scene, "a method of systems", t_span[0], follows_turns=True)
+        chosen, why = choice.choose(scene, system, t_span, *scene.state())
+        has_steps = isinstance(chosen, MoreauJean | Adaptive) and system.is_spatial
+        return (by_steps(choice, scene, t_span), why) if has_steps else (chosen, why)
     except InvalidInput as refusal:
-        if choice.rtol is not None:
-            raise
-        own = scene.dt if scene.dt is not None else (t_span[1] - t_span[0]) / STEPS_OF_SPAN
-        return MoreauJean(own), f"{str(refusal).split(';')[0]}"
-    return choice.choose(scene, system, t_span, *scene.state())
+        return by_steps(choice, scene, t_span), str(refusal).split(";")[0]
 
 
-def few_contacts(scene: Scene, method: str, t_0: float) -> System:
-    """The system of a scene, or `InvalidInput` where it has too many contacts for a method."""
+def by_steps(choice: Auto, scene: Scene, t_span: tuple[float, float]) -> Integrator:
+    """The integrator of steps of the scene, which has no system or a large one."""
+    if choice.rtol is not None:
+        return Adaptive(choice.rtol, choice.rtol / PER_ATOL)
+    return MoreauJean(scene.dt if scene.dt is not None else (t_span[1] - t_span[0]) / STEPS_OF_SPAN)
+
+
+def few_contacts(scene: Scene, method: str, t_0: float, follows_turns: bool) -> System:
+    """The system of a scene, or `InvalidInput` where it has too many contacts for a method, or one that turns in space
+    for a method that does not follow that."""
     moving = len(moving_of(scene))
     pairs = moving * (len(scene) - moving) + moving * (moving - 1) // 2 - len(scene.apart())
-    if scene.dim != PLANAR and not nothing_turns(scene):
+    if scene.dim != PLANAR and not follows_turns and not nothing_turns(scene):
         raise InvalidInput(f"{method} takes no bodies that turn in space, and no friction there; {CURE}")
     system = system_of(scene, None, t_0) if pairs <= MOST_WITHOUT_FRICTION else None  # each pair has a contact
     rubbing = 0 if system is None else int((system.kinds[:, 1] > 0).sum())
@@ -115,11 +128,12 @@ class SceneBySystem:
         self.kinds = KINDS_OF_SCENE.chosen(record)
         require_taken_by_system(method, refused)
         self.scene, self.t_span, self.t_0 = scene, t_span, t_span[0]
-        self.system, self.start = few_contacts(scene, method, self.t_0), scene.state()
+        self.system, self.start = few_contacts(scene, method, self.t_0, True), scene.state()
         self.touches = touches_of(scene)
         self.world, self.names = World(scene, self.t_0), [body.name for body in scene.bodies]
         self.moving = np.array([body.index for body in moving_of(scene)])
-        self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS})
+        of_events = {IMPULSES} if EVENTS in self.kinds and self.system.d > 1 else set()
+        self.record = sorted({kind for own in self.kinds for kind in KINDS_OF[own]} | {EVENTS} | of_events)
         self.events = [self._of_bodies(function) for function in functions]
 
     def run_by(self, simulate: Callable[..., Solution]) -> SceneSolution:
@@ -162,14 +176,20 @@ class SceneBySystem:
             return x, v
         x[..., :3] += s * motion.v[:, :3]
         x[..., 3:] = times(turn_by(s * motion.v[:, 3:]), x[..., 3:])
-        x[:, self.moving, :3], v[:, self.moving, :3] = (part.reshape(len(t), -1, 3) for part in (q, u))
+        if self.system.kinematics is None:
+            x[:, self.moving, :3], v[:, self.moving, :3] = (part.reshape(len(t), -1, 3) for part in (q, u))
+            return x, v
+        q, u = q.reshape(len(t), -1, 7), u.reshape(len(t), -1, 6)
+        turns = q[..., 3:] / np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
+        x[:, self.moving] = np.concatenate((q[..., :3], turns), axis=-1)
+        v[:, self.moving] = np.concatenate((u[..., :3], rotate_all(turns, u[..., 3:])), axis=-1)
         return x, v
 
     def solution(self, run: Solution) -> SceneSolution:
         """The run of the system as one of the scene."""
-        q = run.q if len(self.kinds) else np.zeros((len(run.t), self.system.n_q))
+        q = run.q if len(self.kinds) else np.tile(self.start[0], (len(run.t), 1))
         has_velocities = VELOCITIES in self.record
-        x, v = self.places(run.t, q, run.u if has_velocities else np.zeros_like(q))
+        x, v = self.places(run.t, q, run.u if has_velocities else np.zeros((len(q), self.system.n_u)))
         unknown, scene = np.full(len(run.t), np.nan), self.scene
         columns = {
             "t": run.t, "residual": unknown, "penetration": unknown, "centres": self.world.frames[:, : scene.dim],
@@ -247,7 +267,7 @@ class SceneBySystem:
                 c, s = np.cos(of[..., 2]), np.sin(of[..., 2])
                 turned = np.stack((c * arm[:, 0] - s * arm[:, 1], s * arm[:, 0] + c * arm[:, 1]), axis=-1)
             else:
-                turned = np.broadcast_to(arm, of[..., :3].shape)
+                turned = rotate_all(of[..., 3:], np.broadcast_to(arm, of[..., :3].shape))
             in_world = np.array([self.scene.bodies[part.of_scene].kind is Kind.FIXED for part in own], bool)
             points.append(np.where(in_world[:, None], arm, of[..., :d] + turned))
         between = points[0] - points[1]
@@ -259,25 +279,28 @@ class SceneBySystem:
         return points[0] - normal * (radii[:, 0] + 0.5 * gap)[..., None], normal
 
     def _impulses(self, P_N: np.ndarray, P_F: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """P_N n + P_F t on body i, in the axes of the world."""
-        if self.scene.dim != PLANAR:
+        """P_N n + P_F t on body i, in the axes of the world; P_F (..., d)."""
+        if P_F.shape[-1] == 0:
             return P_N[..., None] * normal
+        if self.scene.dim != PLANAR:
+            return P_N[..., None] * normal + (P_F[..., None] * all_tangents(normal)).sum(axis=-2)
         tangent = np.stack((normal[..., 1], -normal[..., 0]), axis=-1)
-        return P_N[..., None] * normal + P_F[..., None] * tangent
+        return P_N[..., None] * normal + P_F * tangent
 
     def _contacts(self, run: Solution, x: np.ndarray) -> dict[str, np.ndarray]:
         """The closed contacts of all records; the body of the smaller number pushes the other."""
         m = self.n_pairs
         point, normal = self._where(x)
-        P_F = run.P_F[:, :m, 0] if run.P_F.shape[2] else np.zeros((len(run.t), m))
-        P = self._impulses(run.P_N[:, :m], P_F, normal)
+        P = self._impulses(run.P_N[:, :m], run.P_F[:, :m], normal)
         is_closed = (run.mode[:, :m] != ContactMode.OPEN) | (run.P_N[:, :m] > 0.0)
         k, c = np.nonzero(is_closed)
         sign = np.where(self.sides[:, 0] < self.sides[:, 1], -1.0, 1.0)[c, None]  # of n out of the smaller number
         laws = self.system.laws[:m]
         mu = np.array([interpreted(static_coefficient)(laws, i) for i in range(m)]) * (self.system.kinds[:m, 1] > 0)
         slides = (run.mode[:, :m] == ContactMode.SLIDE) & (run.P_N[:, :m] > 0.0) & (laws[:, LAW_CODE] != CONSTANT)
-        used = np.divide(np.abs(P_F), run.P_N[:, :m], out=np.tile(mu, (len(run.t), 1)), where=slides)
+        used = np.divide(
+            np.linalg.norm(run.P_F[:, :m], axis=2), run.P_N[:, :m], out=np.tile(mu, (len(run.t), 1)), where=slides
+        )
         found = {
             "offsets": np.concatenate(([0], np.cumsum(is_closed.sum(axis=1)))),
             "i": self.sides.min(axis=1, initial=2**62)[c], "j": self.sides.max(axis=1, initial=0)[c],
@@ -304,23 +327,33 @@ class SceneBySystem:
         rows = run.event_rows[run.event_rows[:, records.EVENT_CONTACT] < m]
         for t, group in groupby(rows, key=lambda row: float(row[records.EVENT_T])):
             at, before, struck = list(group), modes.copy(), np.zeros(m, bool)
-            P = np.zeros((2, m))
+            P_N, P_F = np.zeros(m), np.zeros((m, self.system.d))
+            k = max(0, int(np.searchsorted(run.t, t, side="right")) - 1)
             for row in at:
                 c = int(row[records.EVENT_CONTACT])
                 modes[c] = int(row[records.EVENT_MODE_1])
                 struck[c] |= row[records.EVENT_KIND] in (records.IMPACT, records.INCONSISTENT)
-                P[:, c] += row[records.EVENT_P_N], row[records.EVENT_P_F]
-            k = max(0, int(np.searchsorted(run.t, t, side="right")) - 1)
-            x, _ = self.places(run.t[k : k + 1], run.q[k : k + 1], np.zeros_like(run.q[k : k + 1]))
-            impulses = self._impulses(P[0], P[1], self._where(x)[1][0])
+                P_N[c] += row[records.EVENT_P_N]
+                P_F[c] += self._friction_of(row, run, k, c)
+            x, _ = self.places(run.t[k : k + 1], run.q[k : k + 1], np.zeros((1, self.system.n_u)))
+            impulses = self._impulses(P_N, P_F, self._where(x)[1][0])
             pairs = np.sort(self.sides, axis=1)
             for i, j in np.unique(pairs[[int(row[records.EVENT_CONTACT]) for row in at]], axis=0):
                 own = (pairs == (i, j)).all(axis=1)
                 on_j = np.where((self.sides[own, 0] == j)[:, None], impulses[own], -impulses[own]).sum(axis=0)
                 for kind in kinds_of_change(before[own], modes[own], bool(struck[own].any())):
                     is_parting = kind == SceneEventKind.PARTING
-                    found.append((t, kind, i, j, *((0.0, 0.0 * on_j) if is_parting else (P[0, own].sum(), on_j))))
+                    found.append((t, kind, i, j, *((0.0, 0.0 * on_j) if is_parting else (P_N[own].sum(), on_j))))
         return event_arrays(np.array(found, event_row(self.scene.dim)))
+
+    def _friction_of(self, row: np.ndarray, run: Solution, k: int, c: int) -> Any:
+        """P_F (d,) of an event; in space the row has its size alone, and the direction is that of the impulse in record
+        k where that begins at the event, else not a number."""
+        size = row[records.EVENT_P_F]
+        if self.system.d < 2 or size == 0.0:
+            return size
+        follows = k > 0 and run.t[k] == run.t[k - 1] == row[records.EVENT_T]
+        return run.P_F[k, c] if follows else np.full(2, np.nan)
 
 
 def kinds_of_change(before: np.ndarray, after: np.ndarray, is_struck: bool) -> list[SceneEventKind]:

@@ -27,7 +27,7 @@ from nonsmooth.scenes.scene import Scene
 def simulate_scene(scene: Scene, t_span: tuple[float, float] | None, integrator: Any, asked: Asked) -> SceneSolution:
     """`simulate` for a scene: by steps of scenes, or as its system."""
     t_span = span_of(scene, t_span)
-    method, why = chosen_of_scene(integrator, scene, t_span)
+    method, why = chosen_of_scene(integrator, scene, t_span, asked)
     instead = steps_instead(method, scene, t_span[0], asked)
     if goes_by_system(method) and instead is None:
         solution = by_its_system(scene, t_span, method, integrator, asked)
@@ -120,7 +120,7 @@ def steps_instead(integrator: Any, scene: Scene, t_0: float, asked: Asked) -> st
     if taken := [name for name, value in of_steps_alone(asked).items() if value]:
         return f"a run by the system of a scene takes no {taken[0]}"
     try:
-        few_contacts(scene, "Adaptive of systems", t_0)
+        few_contacts(scene, "Adaptive of systems", t_0, follows_turns=False)
         scene.state()
     except InvalidInput as refusal:
         return str(refusal).split(";")[0]
@@ -133,7 +133,9 @@ def of_steps_alone(asked: Asked) -> dict[str, Any]:
     return options | {'record="pairs"': PAIRS in KINDS_OF_SCENE.chosen(asked.record)}
 
 
-def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) -> tuple[Any, str | None]:
+def chosen_of_scene(
+    integrator: Any, scene: Scene, t_span: tuple[float, float], asked: Asked
+) -> tuple[Any, str | None]:  # fmt: skip
     """The integrator that was given, or the one that "auto" and ``Auto`` choose for a scene, and why."""
     from nonsmooth.runs.choice import Auto
 
@@ -142,7 +144,7 @@ def chosen_of_scene(integrator: Any, scene: Scene, t_span: tuple[float, float]) 
         return integrator, None
     from nonsmooth.runs.scene_by_system import choice_of_scene
 
-    return choice_of_scene(choice, scene, t_span)
+    return choice_of_scene(choice, scene, t_span, of_steps_alone(asked))
 
 
 def require_plain(q0: Any, u0: Any, state: Any) -> None:

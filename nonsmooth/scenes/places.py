@@ -64,6 +64,11 @@ def turn_by(vector: np.ndarray) -> np.ndarray:
     return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vector), axis=-1)
 
 
+def rotate_all(turns: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """R v of unit quaternions (..., 4) and vectors (..., 3)."""
+    return v + 2.0 * np.cross(turns[..., 1:], np.cross(turns[..., 1:], v) + turns[..., :1] * v)
+
+
 def conjugate(a: np.ndarray) -> np.ndarray:
     """The turn back (..., 4)."""
     return a * np.array([1.0, -1.0, -1.0, -1.0])

@@ -218,6 +218,15 @@ def tangents_of(n):
     return (1.0 + s * n[0] * n[0] * a, s * b, -s * n[0]), (b, s + n[1] * n[1] * a, -n[1])
 
 
+def all_tangents(n: np.ndarray) -> np.ndarray:
+    """The same of many normals (..., 3), as (..., 2, 3)."""
+    x, y, z = np.moveaxis(n, -1, 0)
+    s = np.where(z >= 0.0, 1.0, -1.0)
+    a = -1.0 / (s + z)
+    first = np.stack((1.0 + s * x * x * a, s * x * y * a, -s * x), axis=-1)
+    return np.stack((first, np.stack((x * y * a, s + y * y * a, -y), axis=-1)), axis=-2)
+
+
 def rates_of_tangents(n, m):
     """Their rates where n' = m."""
     s = 1.0 if n[2] >= 0.0 else -1.0

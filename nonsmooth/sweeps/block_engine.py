@@ -418,7 +418,7 @@ class BlockEngine:
             self.kept = (COORDINATES, MODES, *((EVENTS,) if has_events else ()))
         rows = ROW_CAPACITY if table.every > 0 else table.count
         self.sizes = {"m": rows, **system.sizes, "steps": int(integrator.chooses_steps), "degree": integrator.degree,
-                      **no_rows(left_out(self.kept))}  # fmt: skip
+                      "curved": integrator.curved, **no_rows(left_out(self.kept))}  # fmt: skip
         needed = WORD * count_words(Record, **self.sizes)
         require_memory(needed, f"the {rows} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0

@@ -97,7 +97,8 @@ def test_measured_speeds_are_those_of_the_films():
 def test_the_corrections_come_by_scipy_alone():
     assert scenes.polygon_by_arcs() == pytest.approx(0.246609, abs=5e-7)
     for ours, theirs in zip(mechanisms.after(0.03), mechanisms.by_scipy(0.03), strict=True):
-        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)  # rates of 1000 rad/s to 1e-9
+        # one linear system gives all rates, the largest 1400 rad/s: its rounding is in proportion to that one
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
 
 
 def test_a_section_that_is_not_there_is_refused_by_name():

@@ -273,7 +273,6 @@ def test_a_normal_that_contradicts_gap_and_kinematics_is_refused():
 
 
 @pytest.mark.parametrize("ask", [
-    lambda s: ns.simulate(s, (0, 1), LEVEL, OMEGA, integrator=ns.EventDriven()),
     lambda s: ns.limit_cycle(s, (0, 1), state=(LEVEL, OMEGA)),
     ns.linearise, ns.equilibrium,
 ])  # fmt: skip
@@ -283,6 +282,15 @@ def test_who_cannot_says_so_and_names_who_can(ask):
         ask(a_top())
 
 
-def test_auto_takes_time_stepping():
+@pytest.mark.parametrize("integrator", [ns.EventDriven(), ns.Adaptive(1e-5)])
+def test_a_run_with_kinematics_is_read_back_with_its_motion_between_the_steps(integrator, tmp_path):
+    sol = ns.simulate(a_top(), (0, 0.3), LEVEL, OMEGA, integrator=integrator)
+    back = ns.Solution.load(sol.save(tmp_path / "top.npz"), a_top())
+    t = np.linspace(0, 0.3, 17)
+    np.testing.assert_array_equal(back(t).q, sol(t).q)
+    np.testing.assert_array_equal(back(t).u, sol(t).u)
+
+
+def test_auto_takes_order_five_where_nothing_touches():
     sol = ns.simulate(a_top(), (0, 1), LEVEL, OMEGA)
-    assert sol.about["integrator"].startswith("MoreauJean(dt=0.0001")
+    assert sol.about["integrator"].startswith("EventDriven(rtol=1e-08") and "order 5" in sol.about["chosen"]

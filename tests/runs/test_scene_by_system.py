@@ -126,8 +126,10 @@ def test_auto_takes_located_events_where_contacts_are_few_and_steps_elsewhere():
     boxes.dt = 1e-2
     by_steps = ns.simulate(boxes, (0, 0.1))
     assert by_steps.about["integrator"] == repr(ns.MoreauJean(1e-2)) and "touch along faces" in by_steps.about["chosen"]
-    with pytest.raises(ns.InvalidInput, match="may touch along faces"):
-        ns.simulate(boxes, (0, 0.1), integrator=ns.Auto(rtol=1e-6))
+    within = ns.simulate(boxes, (0, 0.1), integrator=ns.Auto(rtol=1e-6))
+    assert "Adaptive(rtol=1e-06" in within.about["integrator"] and "touch along faces" in within.about["chosen"]
+    kept = ns.simulate(bouncing(), (0, 0.1), record=["bodies", "pairs"])
+    assert "MoreauJean" in kept.about["integrator"] and "takes no record" in kept.about["chosen"]
 
 
 def many(n):

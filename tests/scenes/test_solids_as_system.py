@@ -209,6 +209,35 @@ def test_what_touches_along_faces_and_methods_of_the_plane_are_refused_by_name()
         scene.system()
     system = scene.system([("ground", "box")])
     assert system.n_c == 8 and system.n_q == 14
-    with pytest.raises(ns.InvalidInput, match="EventDriven takes no bodies that turn in space"):
+    with pytest.raises(ns.InvalidInput, match="may touch along faces"):
         ns.simulate(scene, (0, 0.1), integrator=ns.EventDriven())
-    assert "turn in space" in ns.simulate(scene, (0, 0.01), integrator="auto").about["chosen"]
+    assert "touch along faces" in ns.simulate(scene, (0, 0.01), integrator="auto").about["chosen"]
+
+
+def one_box(**given):
+    scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.3))
+    scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
+    scene.body(ns.Box(0.4, 0.3, 0.2), mass=2.0, name="box", **({"position": (0, 0, 0.1)} | given))
+    return scene
+
+
+def test_a_scene_in_space_of_few_contacts_has_its_events_located_and_returns_as_steps_of_scenes_do():
+    scene = one_box(position=(0, 0, 0.16), turn=(math.cos(0.1), 0.6 * math.sin(0.1), 0.8 * math.sin(0.1), 0),
+                    spin=(1.0, 2.0, 0.5), velocity=(0.8, 0.1, 0))  # fmt: skip
+    kinds = ("bodies", "contacts", "ledger", "events")
+    sol = ns.simulate(scene, (0, 0.1), record=kinds)
+    assert sol.about["integrator"] == repr(ns.EventDriven(1e-8, 1e-10)) and "8 contacts" in sol.about["chosen"]
+    steps = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(2e-5), record=kinds)
+    for name, by in (("position", 2e-4), ("turn", 2e-4), ("velocity", 5e-3), ("spin", 2e-2)):
+        np.testing.assert_allclose(getattr(sol["box"], name)[-1], getattr(steps["box"], name)[-1], atol=by)
+    first, theirs = sol.events[0], steps.events[0]
+    assert first.kind == theirs.kind == ns.SceneEventKind.LANDING and first.t == pytest.approx(theirs.t, abs=4e-5)
+    np.testing.assert_allclose(first.P, theirs.P, atol=2e-3)  # on the box, friction with it
+    ours, others = sol.contacts(0.1), steps.contacts(0.1)
+    assert len(ours) == len(others) == 1
+    np.testing.assert_allclose(ours.point, others.point, atol=3e-4)
+    np.testing.assert_allclose(ours.P[0] / ours.P[0, 2], others.P[0] / others.P[0, 2], atol=1e-2)
+    energy = sol.ledger["kinetic"] + sol.ledger["potential"]
+    lost = sum(sol.ledger[name] for name in ("friction", "normal"))
+    np.testing.assert_allclose(energy - lost, energy[0], atol=1e-7)
+    assert "turn in space" in ns.simulate(scene, (0, 0.01), integrator=ns.Adaptive()).about["chosen"]

@@ -1,26 +1,29 @@
-"""Event-driven integration of one contact with friction in two directions, for the loop of radau/located.py.
+"""Event-driven integration with q' = B u, or friction in two directions, for the loop of radau/located.py.
 
 The modes and their equations are in space_motion.py, how they change in space_switching.py.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Annotated as Array
 from typing import Any
 
 from nonsmooth.contact.planar.selection import Selection
+from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.event_driven.loop import NEARLY_SINGULAR, ONE_FLIGHT, take_state, write_gaps, write_start
-from nonsmooth.integrators.event_driven.options import EventDriven
+from nonsmooth.integrators.event_driven.options import EventDriven, refused_in_space
 from nonsmooth.integrators.event_driven.space_motion import (
     FORCELESS,
-    SpaceContact,
+    SpaceContacts,
     hold,
     space_events,
     space_forces,
     space_rates,
+    take_course,
 )
-from nonsmooth.integrators.event_driven.space_switching import switch_in_space, take_course
+from nonsmooth.integrators.event_driven.space_switching import switch_in_space
 from nonsmooth.integrators.penalty.switching import note_speed
 from nonsmooth.integrators.radau.events import NO_EVENT, Events, locate_event
 from nonsmooth.integrators.radau.header import take_motion
@@ -39,17 +42,22 @@ from nonsmooth.integrators.records import CLOSURE, N_FUNCTIONS, N_WORKS, Record,
 from nonsmooth.jit import Kernel, kernel, rare_kernel
 from nonsmooth.jit.blocks import address, new, view
 from nonsmooth.mechanics.impact_in_space import collide_in_space
-from nonsmooth.mechanics.laws import LAW_E_F
 from nonsmooth.mechanics.sys import Sys
-from nonsmooth.mechanics.system import UNILATERAL, ContactMode, System
+from nonsmooth.mechanics.system import ContactMode, System
 
 
-class Scratch(Located, others=f"4 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c"):
-    """Arrays of a run."""
+class Scratch(
+    Located,
+    n_q=0,
+    others=f"(2 + max(1, d)) * n_c + {N_WORKS}",
+    functions=f"{N_FUNCTIONS} * n_c",
+    motion="n + (n_q or n)",
+):
+    """Arrays of a run. With q' = B u no part of the motion is eliminated from the stages."""
 
-    ode: Array[Radau, "m = n", "n = 2 * n", "quadratures = others"]
-    events: Array[Events, "n_events = functions", "n_x = 2 * n + others"]
-    contacts: SpaceContact
+    ode: Array[Radau, "m = 0 if n_q else n", "n = motion", "quadratures = others"]
+    events: Array[Events, "n_events = functions", "n_x = motion + others"]
+    contacts: Array[SpaceContacts, "n_q = n_q"]
 
 
 @kernel(ACCEPT_STEP, short_loops=True)
@@ -63,55 +71,76 @@ def accept_step(sys_at, t, state_at, scratch_at):
     if status != Status.RUNNING:
         return status
     take_motion(t, ode.x, state)
-    state.worst.penetration = max(state.worst.penetration, -ode.x[2 * sys.n])
     note_speed(sys, c)
-    if c.mode[0] == ContactMode.SLIDE:
-        take_course(c)
+    for i in range(sys.n_c):
+        state.worst.penetration = max(state.worst.penetration, -ode.x[sys.n_q + sys.n + i])
+        if c.mode[i] == ContactMode.SLIDE:
+            take_course(i, c)
     state.counters.steps += 1
     return status
 
 
 @rare_kernel(CHANGE_MODES, short_loops=True)
 def change_modes(sys_at, every, state_at, record_at, scratch_at):
-    """Change the mode after the event that waits, and begin with the rates of the new one; returns a Status."""
+    """Change the modes after the event that waits, and begin with the rates of the new ones; returns a Status."""
     sys, state = view(sys_at, Sys), view(state_at, State)
     record, scratch = view(record_at, Record), view(scratch_at, Scratch)
     ode, events, c = scratch.ode, scratch.events, scratch.contacts
-    n, event, t = sys.n, scratch.waiting, ode.clock.now
+    n_q, n, event, t = sys.n_q, sys.n, scratch.waiting, ode.clock.now
     is_start = event == AT_START
     if is_start:
+        for j in range(n_q):
+            ode.x[j] = state.q[j]
         for j in range(n):
-            ode.x[j], ode.x[n + j] = state.q[j], state.u[j]
-        c.mode[0], c.slip[0] = state.mode[0], 0
+            ode.x[n_q + j] = state.u[j]
+        for i in range(sys.n_c):
+            c.mode[i], c.slip[i] = state.mode[i], 0
     if event == AT_VANISHED_STEP:
-        status = space_forces(sys_at, t, ode.x, address(c))
-        if status != Status.RUNNING or not abs(c.numbers.p) < NEARLY_SINGULAR:
+        event = find_lost_slide(sys_at, t, ode.x, c)
+        if event == NO_EVENT:
             return Status.STEP_VANISHED.value
-        event = FORCELESS
     for j in range(n):
-        c.u_0[j] = ode.x[n + j]
-    mode = c.mode[0]
-    status = switch_in_space(sys_at, t, event, ode.x, state_at, address(c))
-    scratch.first_step = ONE_FLIGHT * c.numbers.flight
+        c.u_0[j] = ode.x[n_q + j]
+    for i in range(sys.n_c):
+        c.was[i] = c.mode[i]
+    status = switch_in_space(sys_at, t, event, ode.x, state_at, address(c)) if sys.n_c > 0 else Status.RUNNING.value
+    scratch.first_step = ONE_FLIGHT * c.numbers.flight if sys.n_c > 0 else math.inf
     if status != Status.RUNNING:
         if is_start and write_gaps(sys, t, ode.x, c):
             write_start(t, c.u_0, state, record, scratch)
         return status
+    flies_on = not is_start
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
-    events.is_gap[CLOSURE] = 1 if c.mode[0] == ContactMode.OPEN else 0
+    for i in range(sys.n_c):
+        events.is_gap[N_FUNCTIONS * i + CLOSURE] = 1 if c.mode[i] == ContactMode.OPEN else 0
+        flies_on = flies_on and c.mode[i] == ContactMode.OPEN and c.was[i] == ContactMode.OPEN
     events.found.check_start, events.found.handled = 1, max(event, NO_EVENT)
-    radau_restart(not is_start and mode == c.mode[0] and c.mode[0] == ContactMode.OPEN, ode)
+    radau_restart(flies_on, ode)
     has_jumped = False
+    for j in range(n_q):
+        state.q[j] = ode.x[j]
     for j in range(n):
-        has_jumped = has_jumped or c.u_0[j] != ode.x[n + j]
-        state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
+        has_jumped = has_jumped or c.u_0[j] != ode.x[n_q + j]
+        state.u[j] = ode.x[n_q + j]
     status = space_rates(sys_at, address(c), t, ode.x, ode.f)
     if is_start:
         write_start(t, c.u_0, state, record, scratch)
     if every > 0 and has_jumped:
         write_state(sys, t, ode.x, False, state, record, scratch)
     return status
+
+
+@kernel
+def find_lost_slide(sys_at, t, x, c):
+    """The event function of the slide whose force grows without bound where steps vanish; NO_EVENT if there is none."""
+    if space_forces(sys_at, t, x, address(c)) != Status.RUNNING:
+        return NO_EVENT
+    which, least = NO_EVENT, NEARLY_SINGULAR
+    for i in range(c.mode.shape[0]):
+        if c.mode[i] == ContactMode.SLIDE and abs(c.p[i]) < least:
+            which, least = N_FUNCTIONS * i + FORCELESS, abs(c.p[i])
+    return which
 
 
 @kernel(FILL_HEADER, short_loops=True)
@@ -125,7 +154,7 @@ def fill_header(sys_at, t, x, is_within, state_at, scratch_at):
 
 
 class EventDrivenInSpace(EventDriven):
-    """`EventDriven` of a system of one contact with friction in two directions, as `simulate` takes it there."""
+    """`EventDriven` of a system with q' = B u or friction in two directions, as `simulate` takes it there."""
 
     is_spatial = True
     callbacks = (space_rates, space_events, change_modes, accept_step, fill_header)
@@ -135,33 +164,35 @@ class EventDrivenInSpace(EventDriven):
 
     def entry_points(self, system: System) -> list[Kernel]:
         """What the loop may reach, itself first."""
-        reached = [space_forces, switch_in_space, collide_in_space, radau_step, radau_shorten, newton, locate_event]
+        reached = [space_forces, radau_step, radau_shorten, newton, locate_event]
+        if system.n_c > 0:
+            reached += [switch_in_space, collide_in_space]
+        if system.n_c > 1:
+            reached += [solve_spatial]
         return [self.loop, *self.callbacks, *reached]
 
     def memory(self, system: System, selection: int) -> Any:
         """The arrays of a run, with the tolerances."""
-        require_one_contact(system, selection)
+        require_followed(system, selection)
         arrays = new(Scratch, **system.sizes)
         arrays.contacts.numbers.atol, arrays.contacts.numbers.rtol = self.atol, self.rtol
         arrays.ode.atol[:], arrays.ode.clock.rtol = self.atol, self.rtol
         return arrays
 
     def reason(self, status: Status, state: State, memory: Any) -> str:
-        """Nothing more than the status says."""
-        return ""
-
-
-def require_one_contact(system: System, selection: int) -> None:
-    """Raise `InvalidInput` unless a system in space is one that is followed from event to event."""
-    cure = "MoreauJean(dt=...) and Adaptive simulate it"
-    if system.kinematics is not None:
-        raise InvalidInput(f"EventDriven takes no system with kinematics (q' = B u); {cure}")
-    if system.n_c != 1 or tuple(system.kinds[0]) != (UNILATERAL, 2):
-        raise InvalidInput(
-            "of systems with friction in two directions EventDriven takes those with one contact, unilateral; got "
-            f"{system.n_c} contacts; {cure}"
+        """Of coupled contacts for which no set of modes was found."""
+        if status != Status.NOT_SOLVED:
+            return ""
+        closed = int((memory.contacts.mode != ContactMode.OPEN).sum())
+        return (
+            f"at t = {state.now:.9g} s no modes were found for coupled contacts, {closed} of which are closed; time "
+            "stepping goes on through that, as Adaptive or MoreauJean(dt)"
         )
-    if system.laws[0, LAW_E_F] != 0:
-        raise InvalidInput(f"in space EventDriven takes no tangential restitution, e_F = 0; {cure}")
+
+
+def require_followed(system: System, selection: int) -> None:
+    """Raise `InvalidInput` unless a system in space is one that is followed from event to event."""
+    for what in refused_in_space(system):
+        raise InvalidInput(f"in space EventDriven takes {what}; MoreauJean(dt=...) and Adaptive simulate it")
     if selection != Selection.COMPLIANT_LIMIT:
         raise InvalidInput('in space EventDriven follows the rule selection="compliant-limit" alone')

@@ -158,24 +158,26 @@ def has_same_modes(held, contacts):
 @kernel
 def write_gaps(sys, t, x, contacts):
     """Write the gaps of a state into it; False if the gap function raised."""
-    n, has_gap = sys.n, sys.has & (1 << GAP)
+    n_q, n, has_gap = contacts.q.shape[0], sys.n, sys.has & (1 << GAP)
+    for j in range(n_q):
+        contacts.q[j] = x[j]
     for j in range(n):
-        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        contacts.u[j] = x[n_q + j]
     if has_gap and not evaluate(sys, GAP, t, contacts.q, contacts.u, contacts.work.g_N):
         return False
     for i in range(sys.n_c):
-        x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
+        x[n_q + n + i] = contacts.work.g_N[i] if has_gap else 0.0
     return True
 
 
 @kernel
 def write_start(t, u_0, state, record, scratch):
     """Write the row of the start: the velocities before an impact there, and nothing in the quadratures yet."""
-    x, x_0, n, n_c = scratch.ode.x, scratch.events.x, state.q.shape[0], state.mode.shape[0]
+    x, x_0, n_q, n, n_c = scratch.ode.x, scratch.events.x, state.q.shape[0], state.u.shape[0], state.mode.shape[0]
     for i in range(x.shape[0]):
-        x_0[i] = x[i] if i < 2 * n + n_c else 0.0
+        x_0[i] = x[i] if i < n_q + n + n_c else 0.0
     for j in range(n):
-        x_0[n + j] = u_0[j]
+        x_0[n_q + j] = u_0[j]
     take_state(t, x_0, state, scratch)
     append_row(t, x_0, state, record, scratch)
     record.counts.next = 1
@@ -196,5 +198,5 @@ def take_state(t, x, state, scratch):
     """The header of a state whose gaps are in it."""
     take_motion(t, x, state)
     for i in range(state.mode.shape[0]):
-        state.g_N[i] = x[2 * state.q.shape[0] + i]
+        state.g_N[i] = x[state.q.shape[0] + state.u.shape[0] + i]
     take_contacts(x, scratch.written, state, scratch.contacts)

@@ -9,6 +9,7 @@ where sliding has no force an impact without collision. Theory and limits: docs/
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from nonsmooth.checks.arrays import as_number, as_positive
@@ -34,7 +35,8 @@ from nonsmooth.integrators.rigid.series import find_landing
 from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
-from nonsmooth.mechanics.system import System
+from nonsmooth.mechanics.laws import LAW_E_F
+from nonsmooth.mechanics.system import UNILATERAL, System
 
 
 @dataclass(frozen=True)
@@ -105,3 +107,12 @@ class EventDriven(LocatesEvents):
             f"tries at most {MAX_MODES} modes, as many as 8 or 9 contacts with friction have at rest: time stepping "
             "goes on through that, as Adaptive or MoreauJean(dt)"
         )
+
+
+def refused_in_space(system: System) -> Iterator[str]:
+    """What of a system with q' = B u or friction in two directions is not followed from event to event."""
+    for contact, (kind, directions) in zip(system.contacts, system.kinds, strict=True):
+        if kind != UNILATERAL or directions == 1:
+            yield f"unilateral contacts with friction in two directions or none, and no {contact}"
+    if (system.laws[:, LAW_E_F] != 0).any():
+        yield "no tangential restitution, e_F = 0"

@@ -1,17 +1,21 @@
-"""One contact with friction in two directions between events: its modes, the rates of motion, and what ends a mode.
+"""Contacts with friction in two directions between events: their modes, the rates of motion, and what ends a mode.
 
-    q' = u,    M u' = h + W_N^T la_N + W_T^T la_T,    gamma' = G la + b
+    q' = B u,    M u' = h + W_N^T la_N + W_T^T la_T,    gamma' = G la + b
 
     open        la = 0
-    sliding     la_N = -b_N/p,    la_T = -mu la_N d,    p = G_NN - mu G_NT d,    d = gamma_T/|gamma_T|
-    sticking    G la = -b
+    sliding     gamma_N' = 0,    la_T = -mu la_N d,    d = gamma_T/|gamma_T|
+    sticking    gamma' = 0
 
-d turns with the motion; it has no limit at gamma_T = 0. Below the speed v_stop, which counts as none, a slide is
-braked as it came (``find_direction`` of penalty/rates.py). Event functions end a mode:
+The modes make the forces the solution of one linear system A la = -b an island of contacts that G couples; of one
+contact that slides A = p = G_NN - mu G_NT d. d turns with the motion; it has no limit at gamma_T = 0. Below the speed
+v_stop, which counts as none, a slide is braked as it came (``find_direction`` of penalty/rates.py). Redundant contacts
+make A singular: they share what changes since the last event as equal springs would, from a load that is admissible
+then. Event functions end a mode:
 
     CLOSURE      g_N of an open contact, la_N of a closed one
     FRICTION     the speed along the course of a slide; mu la_N - |la_T| of sticking
-    FORCELESS    p/G_NN of a slide, which has lost its force where it falls to zero
+    FORCELESS    det A over that without friction, of the island of a slide: where it falls to zero the slide has lost
+                 its force
 
 The state is x = (q, u, g_N, P_N, P_T, works). Source: Pfeiffer, Glocker (1996), chapter 5; docs/theory/event_driven.md.
 """
@@ -21,12 +25,14 @@ from __future__ import annotations
 import math
 from typing import Annotated as Array
 
-from nonsmooth.contact.spatial.all_solutions import OneContact, stick_spatial
+from nonsmooth.contact.islands import find_held_islands
+from nonsmooth.contact.spatial.all_solutions import OneContact
+from nonsmooth.contact.spatial.problem import Spatial
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.penalty.rates import find_direction, length_along
-from nonsmooth.integrators.penalty.switching import speed_along
-from nonsmooth.integrators.radau.stages import RATES
+from nonsmooth.integrators.penalty.switching import follow_slide, speed_along
+from nonsmooth.integrators.radau.stages import RATES, determinant_is_positive
 from nonsmooth.integrators.records import (
     CLOSURE,
     FRICTION,
@@ -37,18 +43,28 @@ from nonsmooth.integrators.records import (
     book_contact_energy,
 )
 from nonsmooth.integrators.rigid.hold import LINEARISATIONS
-from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, longest, rounded_length, small_speed
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.rigid.modes import DISTINCT_ROWS, EVERY, SINGULAR_SLIDE, longest, rounded_length, small_speed
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem, free_acceleration
 from nonsmooth.mechanics.contact_problem import Work, row_velocities
 from nonsmooth.mechanics.impact_in_space import Hodograph
+from nonsmooth.mechanics.kinematics import coordinate_rates, find_kinematics
 from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction, static_coefficient
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
-from nonsmooth.numerics.rounding import rounded_sum
+from nonsmooth.numerics.dense import lu, lu_solve
+from nonsmooth.numerics.rounding import EPS, rounded_sum
 
 FORCELESS = SIGN  # code: the event function of a slide that loses its force
+# code: what is to be done about a contact at an event: its mode stays; is decided; it bounces, and may be given up
+STAYS, TO_DECIDE, BOUNCES = range(3)
+NORMALS, ALL_HELD, WITH_FRICTION = range(3)  # code: equations of the normals alone; of all that is held; with friction
+# chosen: of the mean diagonal of A: makes redundant contacts share their load. What rounding leaves of the residual is
+# 1e4 times as large in the share, on which the friction of slides in several directions depends: with 1e-10 steps of
+# 1e-10 s were taken at rtol = 1e-10
+SHARE_SHIFT = 1e-4
+SHARE_REFINEMENTS = 60  # chosen: of a share: each leaves 1e-4 over the least eigenvalue that is not zero
 
 
 class SpaceNumbers(Block):
@@ -57,183 +73,431 @@ class SpaceNumbers(Block):
     atol: float
     rtol: float
     v_stop: float  # [m/s] of sliding that counts as none
-    p: float  # over G_NN, of the slide; 1 in other modes
-    size: float  # [N] of the terms of la_N
-    flight: float  # [s] of the flight that has begun
-    late: float  # [s] that the bounces still take which are given up
+    flight: float  # [s] of the shortest flight that has begun
+    shift: float  # of the diagonal of A where contacts are redundant
+    compliance: float  # of coupled contacts whose modes are decided
+    largest: float  # acceleration of them
+    changed: float  # [s] when a mode changed last
+    ratio: float  # det A over that without friction, of the island solved last
 
 
-class SpaceContact(Block, r="max(1, n_c * (1 + d))"):
-    """The contact of a run, n_c = 1."""
+class SpaceContacts(Block, r="max(1, n_c * (1 + d))", n_q=0, w="max(1, d)"):
+    """The contacts of a run. n = n_u, c = n_c, r = rows, w = columns of friction."""
 
-    work: Work
+    work: Array[Work, "n_q = n_q"]
     numbers: SpaceNumbers
     answers: OneContact
     hodograph: Hodograph
+    spatial: Array[Spatial, "n = n_c if n_c > 1 else 0"]
+    repeats: int  # events since then
     mode: Array[Ints, "n_c"]
     slip: Array[Ints, "n_c"]  # 0: a slide has no sign
+    touches: Array[Ints, "n_c"]  # 1 where an open contact takes part in an event
     course: Array[Floats, "n_c", 2]  # the direction of sliding at the last step
     way: Array[Floats, "n_c", 2]  # and now
-    q: Array[Floats, "n"]
+    q: Array[Floats, "n_q or n"]
     u: Array[Floats, "n"]
-    la: Array[Floats, "n_c", 3]
-    gamma: Array[Floats, "n_c", 3]
-    before: Array[Floats, "n_c", 3]  # velocities before the event
-    P: Array[Floats, "n_c", 3]  # its impulses
+    la: Array[Floats, "n_c", "1 + w"]
+    gamma: Array[Floats, "n_c", "1 + w"]
+    share: Array[Floats, "n_c", "1 + w"]  # forces from which redundant contacts share what changes
+    mu: Array[Floats, "n_c"]  # of the contacts that slide
+    p: Array[Floats, "n_c"]  # det A over that without friction, of the island of each contact
+    is_shared: Array[Ints, "n_c"]  # 1 in an island of redundant contacts
+    size: Array[Floats, "n_c"]  # [N] of the terms of la_N
+    island: Array[Ints, "n_c"]  # of each closed contact, by all that G couples
+    group: Array[Ints, "n_c"]  # by what their modes hold
+    held: Array[Ints, "n_c"]  # rows of each closed contact that its mode holds
+    row: Array[Ints, "r"]  # of G, of each equation
+    contact: Array[Ints, "r"]  # its contact
+    part: Array[Ints, "r"]  # 0: normal, 1 and 2: tangential
+    A: Array[Floats, "r", "r"]
+    factor: Array[Floats, "r", "r"]
+    order: Array[Ints, "r"]
+    b: Array[Floats, "r"]
+    z: Array[Floats, "r"]
+    left: Array[Floats, "r"]  # scratch
+    centre: Array[Floats, "r"]  # impulses about which coupled contacts are compliant
+    sum: Array[Floats, "r"]  # scratch
     rates: Array[Floats, 4, "r"]
+    before: Array[Floats, "n_c", "1 + w"]  # velocities before the event
+    P: Array[Floats, "n_c", "1 + w"]  # its impulses
+    P_none: Array[Floats, "n_c", "1 + d"]
+    was: Array[Ints, "n_c"]  # modes before it
+    stuck: Array[Ints, "n_c"]  # 1 of those that stuck then, or after an impact without collision
+    kind: Array[Ints, "n_c"]  # of event, of each contact
+    found: Array[Ints, "n_c"]  # and the number of its solutions; 0: not counted
+    open_case: Array[Ints, "n_c"]  # what is to be done about each (space_switching.py)
+    softness: Array[Floats, "n_c"]  # of each closed contact along the surface, where their modes are decided
+    is_fast: Array[Ints, "n_c"]  # 1 of each closed contact that slides on in any case
+    late: Array[Floats, "n_c"]  # [s] that the bounces still take which are given up
     u_0: Array[Floats, "n"]  # velocities before it
+    move: Array[Floats, "n"]  # scratch
+    dq: Array[Floats, "n_q or n"]  # scratch
     ledger: Array[Floats, N_LEDGER]
 
 
 @kernel("int64(int64, float64, float64[::1], int64)", short_loops=True)
 def space_forces(sys_at, t, x, contacts_at):
     """la, gamma and work.du = u' at a state; returns a Status."""
-    sys, c = view(sys_at, Sys), view(contacts_at, SpaceContact)
-    work, la, numbers, n = c.work, c.la, c.numbers, sys.n
-    for j in range(n):
-        c.q[j], c.u[j] = x[j], x[n + j]
-    work.closed[0] = 0
-    status, _ = acceleration_problem(sys, t, c.q, c.u, 1, c.rates, work)
+    sys, c = view(sys_at, Sys), view(contacts_at, SpaceContacts)
+    work, n_k = c.work, list_closed(sys, x, c)
+    for i in range(sys.n_c):
+        c.p[i], c.size[i], c.is_shared[i] = 1.0, 0.0, 0
+        for a in range(c.la.shape[1]):
+            c.la[i, a], c.gamma[i, a] = 0.0, 0.0
+    work.n = n_k
+    if n_k == 0:
+        for j in range(sys.n_q):
+            work.q_mid[j] = c.q[j]
+        if not find_kinematics(sys, t, c.q, c.u, work):
+            return Status.NOT_FINITE.value
+        return free_acceleration(sys, True, t, c.u, work)
+    status, _ = acceleration_problem(sys, t, c.q, c.u, n_k, c.rates, work)
     if status != Status.RUNNING:
         return status
-    row_velocities(sys, 1, c.u, work)
-    for a in range(3):
-        la[0, a], c.gamma[0, a] = 0.0, work.gamma_0[a]
-        for b in range(3):
-            c.answers.G[0, a, b] = work.G[a, b]
-    numbers.p, numbers.size = 1.0, 0.0
-    if c.mode[0] == ContactMode.OPEN:
-        return Status.RUNNING.value
-    if c.mode[0] == ContactMode.STICK:
-        la[0, 0], la[0, 1], la[0, 2], _ = stick_spatial(c.answers.G, 0, work.c[0], work.c[1], work.c[2], math.inf)
-    else:
-        mu = friction_coefficient(sys.laws, 0, max(0.0, find_direction(2, 0, c)))
-        if is_no_friction(mu):
-            return Status.NEGATIVE_FRICTION.value
-        p = work.G[0, 0] - mu * (work.G[0, 1] * c.way[0, 0] + work.G[0, 2] * c.way[0, 1])
-        numbers.p = p / work.G[0, 0]
-        la[0, 0] = -work.c[0] / p
-        for a in range(2):
-            la[0, 1 + a] = -mu * la[0, 0] * c.way[0, a]
-    numbers.size = abs(la[0, 0]) + abs(work.c[0]) / work.G[0, 0]
-    for j in range(n):
-        total, size = work.du[j], abs(work.du[j])
-        for a in range(3):
-            part = work.X[a, j] * la[0, a]
-            total, size = total + part, size + abs(part)
-        work.du[j] = 0.0 if abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
+    row_velocities(sys, n_k, c.u, work)
+    for k in range(n_k):
+        for a in range(work.start[k], work.start[k + 1]):
+            c.gamma[work.closed[k], a - work.start[k]] = work.gamma_0[a]
+    if not find_slides(sys, n_k, c):
+        return Status.NEGATIVE_FRICTION.value
+    for k in range(n_k):
+        c.held[k] = held_rows(c.mode[work.closed[k]], work.start[k + 1] - work.start[k])
+    for island in range(find_held_islands(n_k, work.start, c.held, work.G, c.group)):
+        find_forces_of(island, n_k, c)
+    add_forces(sys, n_k, c)
     return Status.RUNNING.value
+
+
+@kernel
+def list_closed(sys, x, c):
+    """Take q and u from the state, and list the contacts that are not open, or take part in an event: their number."""
+    n_k = 0
+    for j in range(sys.n_q):
+        c.q[j] = x[j]
+    for j in range(sys.n):
+        c.u[j] = x[sys.n_q + j]
+    for i in range(sys.n_c):
+        if c.mode[i] != ContactMode.OPEN or c.touches[i] == 1:
+            c.work.closed[n_k] = i
+            n_k += 1
+    return n_k
+
+
+@kernel
+def is_alone(k, n_k, c):
+    """Whether closed contact k is the only one of its island."""
+    for m in range(n_k):
+        if m != k and c.island[m] == c.island[k]:
+            return False
+    return True
+
+
+@kernel
+def take_course(i, c):
+    """Take the direction in which contact i slides; in space it has no sign."""
+    follow_slide(2, i, c)
+    c.slip[i] = 0
+
+
+@kernel
+def held_rows(mode, rows):
+    """How many rows of a contact its mode holds at zero."""
+    return 0 if mode == ContactMode.OPEN else rows if mode == ContactMode.STICK else 1
+
+
+@kernel
+def find_slides(sys, n_k, c):
+    """Directions and coefficients of the contacts that slide; False where a law of friction gives none."""
+    for k in range(n_k):
+        i = c.work.closed[k]
+        if c.mode[i] != ContactMode.SLIDE:
+            continue
+        c.mu[i] = friction_coefficient(sys.laws, i, max(0.0, find_direction(2, i, c)))
+        if is_no_friction(c.mu[i]):
+            return False
+    return True
+
+
+@kernel
+def list_equations(which, island, n_k, c):
+    """The rows that are held at zero, of the contacts of an island; returns their number."""
+    work, m = c.work, 0
+    for k in range(n_k):
+        i = work.closed[k]
+        rows = held_rows(c.mode[i], work.start[k + 1] - work.start[k])
+        if island != EVERY and c.group[k] != island:
+            continue
+        for a in range(min(rows, 1) if which == NORMALS else rows):
+            c.row[m], c.contact[m], c.part[m] = work.start[k] + a, i, a
+            m += 1
+    return m
+
+
+@kernel
+def decompose(m, which, c):
+    """LU factors of A; returns the smallest pivot over the entries of G that stand for its row and column, 0 where A is
+    singular, and leaves the determinant over the product of the diagonal of G in c.numbers.ratio."""
+    G, A, row, smallest, determinant = c.work.G, c.A, c.row, math.inf, 1.0
+    for f in range(m):
+        i = c.contact[f]
+        slides = which == WITH_FRICTION and c.mode[i] == ContactMode.SLIDE
+        for e in range(m):
+            A[e, f] = G[row[e], row[f]]
+            if slides:
+                A[e, f] -= c.mu[i] * (c.way[i, 0] * G[row[e], row[f] + 1] + c.way[i, 1] * G[row[e], row[f] + 2])
+            c.factor[e, f] = A[e, f]
+    c.numbers.shift, c.numbers.ratio = 0.0, 0.0
+    if not lu(m, c.factor, c.order):
+        return 0.0
+    for e in range(m):
+        pivot, size = c.factor[e, e], math.sqrt(abs(G[row[c.order[e]], row[c.order[e]]] * G[row[e], row[e]]))
+        smallest = min(smallest, abs(pivot) / size)
+        determinant *= abs(pivot) / G[row[e], row[e]]
+    c.numbers.ratio = determinant if determinant_is_positive(m, c.factor, c.order, c.sum) else -determinant
+    return smallest
+
+
+@kernel
+def find_forces_of(island, n_k, c):
+    """The forces of one island."""
+    m = list_equations(WITH_FRICTION, island, n_k, c)
+    if m == 0:
+        return
+    frictionless, slides = 1.0, False
+    for e in range(m):
+        slides = slides or c.mode[c.contact[e]] == ContactMode.SLIDE
+    if slides:
+        decompose(m, ALL_HELD, c)
+        frictionless = c.numbers.ratio
+    smallest = decompose(m, WITH_FRICTION, c)
+    ratio = c.numbers.ratio / frictionless if slides and frictionless > 0.0 else 1.0
+    is_lost = slides and abs(ratio) < DISTINCT_ROWS
+    if m > 1 and smallest < DISTINCT_ROWS and (smallest == 0.0 or not is_lost):
+        regularise(m, c)
+        ratio = ratio if is_lost else 1.0
+    for e in range(m):
+        c.b[e], c.z[e] = -c.work.c[c.row[e]], c.share[c.contact[e], c.part[e]]
+    solve_equations(m, c)
+    for e in range(m):
+        i = c.contact[e]
+        c.la[i, c.part[e]], c.p[i], c.is_shared[i] = c.z[e], ratio, 1 if c.numbers.shift > 0.0 else 0
+        if c.mode[i] == ContactMode.SLIDE:
+            for a in range(2):
+                c.la[i, 1 + a] = -c.mu[i] * c.z[e] * c.way[i, a]
+
+
+@rare_kernel
+def regularise(m, c):
+    """LU factors of A + shift."""
+    trace = 0.0
+    for e in range(m):
+        trace += c.work.G[c.row[e], c.row[e]]
+    c.numbers.shift = SHARE_SHIFT * trace / m
+    for e in range(m):
+        for f in range(m):
+            c.factor[e, f] = c.A[e, f]
+        c.factor[e, e] += c.numbers.shift
+    lu(m, c.factor, c.order)
+
+
+@kernel
+def solve_equations(m, c):
+    """A z = b; where A is singular the nearest solution to what z is, by proximal iterations."""
+    if c.numbers.shift == 0.0:
+        lu_solve(m, c.factor, c.order, c.b, c.z)
+        return
+    for _ in range(SHARE_REFINEMENTS):
+        for e in range(m):
+            c.left[e] = c.b[e]
+            for f in range(m):
+                c.left[e] -= c.A[e, f] * c.z[f]
+        lu_solve(m, c.factor, c.order, c.left, c.sum)
+        largest, change = 0.0, 0.0
+        for e in range(m):
+            c.z[e] += c.sum[e]
+            largest, change = max(largest, abs(c.z[e])), max(change, abs(c.sum[e]))
+        if not change > EPS * largest:
+            break
+
+
+@kernel
+def add_forces(sys, n_k, c):
+    """work.du += X^T la, what cancels to rounding set to exactly 0; and the sizes of the terms of each force."""
+    work, la = c.work, c.la
+    for k in range(n_k):
+        i, a = work.closed[k], work.start[k]
+        c.size[i] = abs(la[i, 0]) + abs(work.c[a]) / work.G[a, a]
+    for j in range(sys.n):
+        total, size = work.du[j], abs(work.du[j])
+        for k in range(n_k):
+            for a in range(work.start[k], work.start[k + 1]):
+                part = work.X[a, j] * la[work.closed[k], a - work.start[k]]
+                total, size = total + part, size + abs(part)
+        work.du[j] = 0.0 if abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
 
 
 @kernel(RATES, short_loops=True)
 def space_rates(sys_at, contacts_at, t, x, out):
     """x' with x = (q, u, g_N, P, works); a radau ``rates`` function. Returns a Status."""
-    sys, c = view(sys_at, Sys), view(contacts_at, SpaceContact)
+    sys, c = view(sys_at, Sys), view(contacts_at, SpaceContacts)
     status = space_forces(sys_at, t, x, contacts_at)
     if status != Status.RUNNING:
         return status
-    n, work, total = sys.n, c.work, 0.0
-    for k in range(2 * n, x.shape[0]):
+    n_q, n, n_c, work, total = sys.n_q, sys.n, sys.n_c, c.work, 0.0
+    works = x.shape[0] - N_WORKS
+    for k in range(n_q + n, x.shape[0]):
         out[k] = 0.0
+    coordinate_rates(sys, c.u, work, out)
     for j in range(n):
-        out[j], out[n + j] = c.u[j], work.du[j]
-        out[2 * n + 4] += work.h[j] * c.u[j]
+        out[n_q + j] = work.du[j]
+        out[works] += work.h[j] * c.u[j]
         total += 0.0 * work.du[j]
-    for a in range(3):
-        out[2 * n + 1 + a] = c.la[0, a]
-        out[2 * n + (6 if a == 0 else 5)] += c.la[0, a] * c.gamma[0, a]
-        out[2 * n + 7] -= c.la[0, a] * work.w[a]
+    for k in range(work.n):
+        i = work.closed[k]
+        for a in range(work.start[k + 1] - work.start[k]):
+            force = c.la[i, a]
+            out[n_q + n + (1 + a) * n_c + i] = force
+            out[works + (2 if a == 0 else 1)] += force * c.gamma[i, a]
+            out[works + 3] -= force * work.w[work.start[k] + a]
     return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
 
 
 @kernel(RATES, short_loops=True)
 def space_events(sys_at, contacts_at, t, x, out):
     """The event functions and their tolerances, an ``event_values`` function; one that does not apply is 1."""
-    sys, c = view(sys_at, Sys), view(contacts_at, SpaceContact)
+    sys, c = view(sys_at, Sys), view(contacts_at, SpaceContacts)
+    E = N_FUNCTIONS * sys.n_c
     status = space_forces(sys_at, t, x, contacts_at)
     if status != Status.RUNNING:
         return status
-    if not evaluate(sys, GAP, t, c.q, c.u, c.work.g_N):
+    if sys.n_c > 0 and not evaluate(sys, GAP, t, c.q, c.u, c.work.g_N):
         return Status.NOT_FINITE.value
-    for m in range(N_FUNCTIONS):
-        out[m], out[N_FUNCTIONS + m] = 1.0, 0.0
-    force = c.numbers.rtol * c.numbers.size
-    if c.mode[0] == ContactMode.OPEN:
-        out[CLOSURE], out[N_FUNCTIONS + CLOSURE] = c.work.g_N[0], rounded_length(sys.n, c)
-        return Status.RUNNING.value
-    out[CLOSURE], out[N_FUNCTIONS + CLOSURE] = c.la[0, 0], force
-    if c.mode[0] == ContactMode.SLIDE:
-        out[FRICTION], out[N_FUNCTIONS + FRICTION] = speed_along(2, 0, c), small_speed(sys, c)
-        out[FORCELESS] = c.numbers.p - SINGULAR_SLIDE
-    else:
-        mu = static_coefficient(sys.laws, 0)
-        out[FRICTION], out[N_FUNCTIONS + FRICTION] = mu * c.la[0, 0] - length_along(c.la, 0), (1.0 + mu) * force
+    speed, length = small_speed(sys, c), rounded_length(sys.n_q, c)
+    for i in range(sys.n_c):
+        e, force, mode = N_FUNCTIONS * i, c.numbers.rtol * c.size[i], c.mode[i]
+        for m in range(N_FUNCTIONS):
+            out[e + m], out[E + e + m] = 1.0, 0.0
+        if mode == ContactMode.OPEN:
+            out[e + CLOSURE], out[E + e + CLOSURE] = c.work.g_N[i], length
+            continue
+        out[e + CLOSURE], out[E + e + CLOSURE] = c.la[i, 0], force
+        if mode == ContactMode.SLIDE:
+            out[e + FRICTION], out[E + e + FRICTION] = speed_along(2, i, c), speed
+            out[e + FORCELESS] = c.p[i] - SINGULAR_SLIDE
+        elif mode == ContactMode.STICK:
+            mu = static_coefficient(sys.laws, i)
+            out[e + FRICTION] = mu * c.la[i, 0] - length_along(c.la, i)
+            out[E + e + FRICTION] = (1.0 + mu) * force
     return Status.RUNNING.value
 
 
 @kernel
 def hold(sys, t, x, c):
-    """Move the state onto g_N = 0, gamma_N = 0 and, sticking, gamma_T = 0; the gap is written. Returns a Status."""
-    work, n = c.work, sys.n
-    work.closed[0] = 0
+    """Move the state onto g_N = 0, gamma_N = 0 and, sticking, gamma_T = 0; the gaps are written. Returns a Status."""
+    work, n_q, n_c = c.work, sys.n_q, sys.n_c
+    if n_c == 0:
+        return Status.RUNNING.value
+    n_k = 0
     for _ in range(LINEARISATIONS):
-        for j in range(n):
-            c.q[j], c.u[j] = x[j], x[n + j]
-        if not evaluate(sys, GAP, t, c.q, c.u, work.g_N) or not math.isfinite(work.g_N[0]):
+        n_k = list_closed(sys, x, c)
+        if not find_gaps(sys, t, x, c):
             return Status.NOT_FINITE.value
-        x[2 * n] = work.g_N[0]
-        if c.mode[0] == ContactMode.OPEN:
+        if n_k == 0:
             return Status.RUNNING.value
-        status, _ = constraint_problem(sys, t, c.q, c.u, 1, work)
+        status, _ = constraint_problem(sys, t, c.q, c.u, n_k, work)
         if status != Status.RUNNING:
             return status
-        x[2 * n] = 0.0
-        if abs(work.g_N[0]) <= rounded_sum(VELOCITY_ROUNDINGS, longest(n, c)):
+        m, drift = list_equations(NORMALS, EVERY, n_k, c), 0.0
+        for e in range(m):
+            i = c.contact[e]
+            c.b[e], x[n_q + sys.n + i] = -work.g_N[i], 0.0
+            drift = max(drift, abs(work.g_N[i]))
+        if not drift > rounded_sum(VELOCITY_ROUNDINGS, longest(n_q, c)):
             break
-        for j in range(n):
-            x[j] -= work.X[0, j] * work.g_N[0] / work.G[0, 0]
-    row_velocities(sys, 1, c.u, work)
-    stop(sys, c)
-    give(sys, False, x, c)
+        solve_held(m, NORMALS, c)
+        if not find_kinematics(sys, t, c.q, c.u, work):
+            return Status.NOT_FINITE.value
+        combine(m, sys.n, c)
+        coordinate_rates(sys, c.move, work, c.dq)
+        for j in range(n_q):
+            x[j] += c.dq[j]
+    row_velocities(sys, n_k, c.u, work)
+    stop(n_k, c)
+    give(sys, False, n_k, x, c)
     return Status.RUNNING.value
 
 
 @kernel
-def stop(sys, c):
-    """The impulses, to work.P, that take gamma_N and, sticking, gamma_T, of the velocities in work.gamma_0."""
-    work, G = c.work, c.answers.G
-    work.P[0], work.P[1], work.P[2] = -work.gamma_0[0] / work.G[0, 0], 0.0, 0.0
-    if c.mode[0] == ContactMode.STICK:
-        for a in range(3):
-            for b in range(3):
-                G[0, a, b] = work.G[a, b]
-        work.P[0], work.P[1], work.P[2], _ = stick_spatial(
-            G, 0, work.gamma_0[0], work.gamma_0[1], work.gamma_0[2], math.inf
-        )
+def find_gaps(sys, t, x, c):
+    """Write all gaps, to work.g_N and into the state; False where one is no number."""
+    if not evaluate(sys, GAP, t, c.q, c.u, c.work.g_N):
+        return False
+    total = 0.0
+    for i in range(sys.n_c):
+        x[sys.n_q + sys.n + i] = c.work.g_N[i]
+        total += 0.0 * c.work.g_N[i]
+    return total == 0.0
 
 
 @kernel
-def give(sys, is_booked, x, c):
+def solve_held(m, which, c):
+    """A z = b of the rows that are held; of redundant ones the least z."""
+    if decompose(m, which, c) < DISTINCT_ROWS and m > 1:
+        regularise(m, c)
+    for e in range(m):
+        c.z[e] = 0.0
+    solve_equations(m, c)
+
+
+@kernel
+def combine(m, n, c):
+    """move = X^T z."""
+    for j in range(n):
+        c.move[j] = 0.0
+        for e in range(m):
+            c.move[j] += c.work.X[c.row[e], j] * c.z[e]
+
+
+@kernel
+def stop(n_k, c):
+    """The impulses, to work.P, that take gamma_N and, sticking, gamma_T, of the velocities in work.gamma_0."""
+    work, m = c.work, list_equations(ALL_HELD, EVERY, n_k, c)
+    for a in range(work.start[n_k]):
+        work.P[a] = 0.0
+    if m == 0:
+        return
+    for e in range(m):
+        c.b[e] = -work.gamma_0[c.row[e]]
+    solve_held(m, ALL_HELD, c)
+    for e in range(m):
+        work.P[c.row[e]] = c.z[e]
+
+
+@kernel
+def give(sys, is_booked, n_k, x, c):
     """u += X^T P, what cancels to rounding set to 0; the impulses of an event are booked, with their works.
 
-    Returns what the contact gained, the sizes of its parts, and the work with which friction drives a slide.
+    Returns what the contacts gained, the sizes of its parts, and the work with which friction drives a slide.
     """
-    work, n = c.work, sys.n
+    work, n_q, n, n_c, r = c.work, sys.n_q, sys.n, sys.n_c, c.work.start[n_k]
     for j in range(n):
-        before, total, size = x[n + j], x[n + j], abs(x[n + j])
-        for a in range(3):
+        before, total, size = x[n_q + j], x[n_q + j], abs(x[n_q + j])
+        for a in range(r):
             part = work.X[a, j] * work.P[a]
             total, size = total + part, size + abs(part)
-        x[n + j] = 0.0 if abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
-        work.trial[j] = 0.5 * (before + x[n + j])
+        x[n_q + j] = 0.0 if abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
+        work.trial[j] = 0.5 * (before + x[n_q + j])
     if not is_booked:
         return 0.0, 0.0, 0.0
     for m in range(N_LEDGER):
         c.ledger[m] = 0.0
-    _, gain, size, push = book_contact_energy(sys, 1, work.trial, c.ledger, work)
+    _, gain, size, push = book_contact_energy(sys, n_k, work.trial, c.ledger, work)
     for m in range(N_WORKS):
-        x[2 * n + 4 + m] += c.ledger[m]
-    for a in range(3):
-        c.P[0, a] += work.P[a]
-        x[2 * n + 1 + a] += work.P[a]
+        x[x.shape[0] - N_WORKS + m] += c.ledger[m]
+    for k in range(n_k):
+        i = work.closed[k]
+        for a in range(work.start[k + 1] - work.start[k]):
+            c.P[i, a] += work.P[work.start[k] + a]
+            x[n_q + n + (1 + a) * n_c + i] += work.P[work.start[k] + a]
     return gain, size, push

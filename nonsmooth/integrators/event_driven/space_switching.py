@@ -1,13 +1,16 @@
-"""What follows an event of one contact with friction in two directions.
+"""What follows an event of contacts with friction in two directions.
 
-1. A contact that approaches is struck, by Newton's law with the exact cone, or by its own along the hodograph
-   (mechanics/impact_in_space.py).
-2. One that slides goes on where p > 0 > b_N, opens where b_N >= 0, and where p <= 0 > b_N it is stopped by the impact
-   without collision, then judged again.
-3. One that rests takes one of all solutions of the round cone (contact/spatial/all_solutions.py) as a stiff contact
-   does: what has stuck sticks if it can; else it opens, slides off along the d of a slide that is no saddle, or sticks.
+1. Contacts that approach are struck. One that G couples to no other by Newton's law with the exact cone, or by its own
+   along the hodograph (mechanics/impact_in_space.py); several coupled ones by Newton's law, in one problem.
+2. Of a contact that is coupled to no other all answers are known. One that slides goes on where p > 0 > b_N, opens
+   where b_N >= 0, and where p <= 0 > b_N it is stopped by the impact without collision, then judged again. One that
+   rests takes one of all solutions of the round cone (contact/spatial/all_solutions.py) as a stiff contact does: what
+   has stuck sticks if it can; else it opens, slides off along the d of a slide that is no saddle, or sticks.
+3. Coupled contacts take one solution of their problem in a step so short that only speeds change in it which count as
+   none. They are given a compliance of a millionth, so that redundant ones share their load as equal springs do, and
+   friction in proportion to what each can hold.
 
-A bounce lower than atol [m] is given up, with the friction that belongs to it.
+A bounce lower than atol [m], or than the rounding of a gap, is given up, with the friction that belongs to it.
 Source: Pfeiffer, Glocker (1996), chapter 5; docs/theory/event_driven.md.
 """
 
@@ -15,206 +18,305 @@ from __future__ import annotations
 
 import math
 
+from nonsmooth.contact.islands import find_islands
 from nonsmooth.contact.planar.single import FREE
 from nonsmooth.contact.spatial.all_solutions import SLIDE, is_saddle, list_solutions
 from nonsmooth.errors import Status
-from nonsmooth.integrators.event_driven.space_motion import FORCELESS, SpaceContact, give, hold, space_forces, stop
-from nonsmooth.integrators.moreau_jean.energy_gain import note_gains
-from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
+from nonsmooth.integrators.event_driven.space_coupled import decide_coupled
+from nonsmooth.integrators.event_driven.space_impacts import lose_slide, strike_all, take_block
+from nonsmooth.integrators.event_driven.space_motion import (
+    BOUNCES,
+    FORCELESS,
+    STAYS,
+    TO_DECIDE,
+    WITH_FRICTION,
+    SpaceContacts,
+    decompose,
+    find_gaps,
+    give,
+    hold,
+    is_alone,
+    list_closed,
+    list_equations,
+    regularise,
+    solve_equations,
+    space_forces,
+    take_course,
+)
 from nonsmooth.integrators.penalty.rates import length_along
-from nonsmooth.integrators.penalty.switching import follow_slide, note_speed
+from nonsmooth.integrators.penalty.switching import note_speed
 from nonsmooth.integrators.radau.events import NO_EVENT
 from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import (
     CLOSURE,
     FRICTION,
-    IMPACT,
     INCONSISTENT,
     INDETERMINATE,
     MODE_CHANGE,
+    N_FUNCTIONS,
     State,
     append_event,
 )
-from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, rounded_length, small_speed
+from nonsmooth.integrators.rigid.modes import DISTINCT_ROWS, EVERY, SINGULAR_SLIDE, rounded_length, small_speed
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
-from nonsmooth.mechanics.impact import follows_own_law
-from nonsmooth.mechanics.impact_in_space import collide_in_space, lose
 from nonsmooth.mechanics.laws import (
     LAW_E_N,
-    LAW_IMPACT,
     friction_coefficient,
     static_coefficient,
 )
-from nonsmooth.mechanics.sys import Sys, evaluate
-from nonsmooth.mechanics.system import GAP, ContactMode
-from nonsmooth.numerics.rounding import rounded_sum
+from nonsmooth.mechanics.sys import Sys
+from nonsmooth.mechanics.system import ContactMode
 
-MOST_TRIALS = 16  # chosen: impacts without collision at one instant
+MOST_TRIALS = 16  # chosen: impacts without collision, and bounces that are given up, at one instant
+LOWEST_BOUNCE = 4.0  # chosen: roundings of a gap: of a lower bounce no end is seen
+# chosen: events that change no mode in a row, in such a part of the time, after which a run does not go on: a share of
+# redundant contacts that leaves its cones at once again
+MOST_REPEATS, NO_PROGRESS = 1000, 1e-3
 
 
 @rare_kernel("int64(int64, float64, int64, float64[::1], int64, int64)", short_loops=True)
 def switch_in_space(sys_at, t, event, x, state_at, contacts_at):
-    """The impacts and the mode that follow an event; returns a Status."""
-    sys, state, c = view(sys_at, Sys), view(state_at, State), view(contacts_at, SpaceContact)
-    numbers, is_open = c.numbers, c.mode[0] == ContactMode.OPEN or event == AT_START
-    state.mode[0], state.slip[0], kind, found = c.mode[0], c.slip[0], MODE_CHANGE, 1
-    numbers.flight, numbers.late = math.inf, 0.0
-    is_held = not is_open or event == CLOSURE
-    has_stuck = c.mode[0] == ContactMode.STICK
-    leaves, lets_go = not is_open and event == CLOSURE, has_stuck and event == FRICTION
-    for a in range(3):
-        c.P[0, a] = 0.0
-    status = space_forces(sys_at, t, x, contacts_at)
+    """The impacts and the modes that follow an event; returns a Status."""
+    sys, state, c = view(sys_at, Sys), view(state_at, State), view(contacts_at, SpaceContacts)
+    at, what = (event // N_FUNCTIONS, event % N_FUNCTIONS) if event >= 0 else (-1, NO_EVENT)
+    status = begin_event(sys_at, t, event, at, what, x, state, c)
     if status != Status.RUNNING:
         return status
-    pull = length_along(c.la, 0)
-    for a in range(3):
-        c.before[0, a] = c.gamma[0, a]
-    note_speed(sys, c)
-    if not evaluate(sys, GAP, t, c.q, c.u, c.work.g_N):
-        return Status.NOT_FINITE.value
-    speed = small_speed(sys, c)
-    if leaves or not (is_held or c.work.g_N[0] <= rounded_length(sys.n, c)):
-        return end_event(sys, t, kind, found, ContactMode.OPEN.value, x, state, c)
-    if lets_go:
-        c.course[0, 0], c.course[0, 1] = -c.la[0, 1] / pull, -c.la[0, 2] / pull
-    if c.gamma[0, 0] < -speed:
-        kind, found = IMPACT, strike(sys, False, x, state, c)
-        if found == 0:
-            return Status.NO_SOLUTION.value
-        status = space_forces(sys_at, t, x, contacts_at)
-        if status != Status.RUNNING:
-            return status
-    v, fall, bounce = c.gamma[0, 0], c.work.c[0], 0.0
-    if v > speed:
-        is_low = kind == IMPACT and fall < 0.0 and v * v < -2.0 * fall * numbers.atol and sys.laws[0, LAW_E_N] < 1.0
-        if not is_low:
-            if fall < 0.0:
-                numbers.flight = -2.0 * v / fall
-            return end_event(sys, t, kind, found, ContactMode.OPEN.value, x, state, c)
-        numbers.late, bounce = -2.0 * v / (fall * (1.0 - sys.laws[0, LAW_E_N])), v
+    closes = what == CLOSURE and c.was[at] == ContactMode.OPEN
+    if what == CLOSURE and not closes:
+        c.mode[at] = ContactMode.OPEN.value
+        return end_event(sys, t, x, state, c)
+    lets_go = what == FRICTION and c.was[at] == ContactMode.STICK
+    if lets_go and lets_one_go(sys_at, t, at, x, c):
+        return end_event(sys, t, x, state, c)
+    status = strike_all(sys_at, t, x, state, c)
+    if status != Status.RUNNING:
+        return status
+    if what == FRICTION or what == FORCELESS or closes:
+        c.open_case[at] = TO_DECIDE if c.open_case[at] == STAYS else c.open_case[at]
     for _ in range(MOST_TRIALS):
-        mode, several = find_mode(sys, event, lets_go, has_stuck, speed, c)
-        if mode >= 0:
-            if several > 1 and kind == MODE_CHANGE:
-                kind, found = INDETERMINATE, several
-            state.counters.several += 1 if several > 1 else 0
-            c.mode[0] = mode
-            if bounce > 0.0 and mode != ContactMode.OPEN:
-                give_up(sys, x, c)
-            return end_event(sys, t, kind, found, mode, x, state, c)
-        lets_go, has_stuck, event, kind, found = False, True, NO_EVENT, INCONSISTENT, 0
-        if strike(sys, True, x, state, c) == 0:
-            return Status.NO_SOLUTION.value
-        status = space_forces(sys_at, t, x, contacts_at)
+        status = decide_all(sys_at, t, at, what, x, state, c)
         if status != Status.RUNNING:
             return status
-        if c.gamma[0, 0] > speed:
-            return end_event(sys, t, kind, found, ContactMode.OPEN.value, x, state, c)
+        if not give_up_low(sys_at, t, x, c):
+            status = take_off_bounces(sys_at, t, x, c)
+            return end_event(sys, t, x, state, c) if status == Status.RUNNING else status
     return Status.CHATTERING.value
 
 
 @kernel
-def find_mode(sys, event, lets_go, has_stuck, speed, c):
-    """(mode, number of solutions) of a contact that touches, gamma_N = 0; the mode is -1 where it slides without
-    force. The course of a slide is written."""
-    work, answers = c.work, c.answers
+def begin_event(sys_at, t, event, at, what, x, state, c):
+    """Find what touches, and forces and velocities before the event; returns a Status."""
+    sys = view(sys_at, Sys)
+    list_closed(sys, x, c)
+    if not find_gaps(sys, t, x, c):
+        return Status.NOT_FINITE.value
+    length = rounded_length(sys.n_q, c)
+    for i in range(sys.n_c):
+        c.stuck[i] = 1 if c.mode[i] == ContactMode.STICK else 0
+        c.open_case[i], c.kind[i], c.found[i], c.late[i], c.touches[i] = STAYS, MODE_CHANGE, 1, 0.0, 0
+        for a in range(c.P.shape[1]):
+            c.P[i, a] = 0.0
+        if event == AT_START:
+            c.mode[i] = ContactMode.OPEN.value
+        if c.mode[i] == ContactMode.OPEN and (c.work.g_N[i] <= length or (i == at and what == CLOSURE)):
+            c.touches[i] = 1
+            c.open_case[i] = TO_DECIDE if event == AT_START else STAYS
+    c.numbers.flight = math.inf
+    status = space_forces(sys_at, t, x, address(c))
+    if status != Status.RUNNING:
+        return status
+    for i in range(sys.n_c):
+        for a in range(c.la.shape[1]):
+            c.before[i, a], c.share[i, a] = c.gamma[i, a], c.la[i, a]
+    note_speed(sys, c)
+    return status
+
+
+@kernel
+def lets_one_go(sys_at, t, i, x, c):
+    """Let contact i, which stuck until now, slide against the force that held it; whether that is the whole event. One
+    that is coupled to no other is decided with all its answers."""
+    n_k, pull, is_coupled = c.work.n, length_along(c.la, i), False
+    if c.is_shared[i] == 1:
+        return False
+    c.course[i, 0], c.course[i, 1] = -c.la[i, 1] / pull, -c.la[i, 2] / pull
+    find_islands(n_k, c.work.start, c.work.G, c.island)
+    for k in range(n_k):
+        is_coupled = is_coupled or (c.work.closed[k] == i and not is_alone(k, n_k, c))
+    if not is_coupled:
+        return False
+    c.mode[i] = ContactMode.SLIDE.value
+    if space_forces(sys_at, t, x, address(c)) == Status.RUNNING and c.p[i] > 2.0 * SINGULAR_SLIDE:
+        return True
+    c.mode[i] = ContactMode.STICK.value
+    return False
+
+
+@kernel
+def spread(n_k, c):
+    """Let all closed contacts of an island be decided where one of them is."""
+    closed = c.work.closed
+    for k in range(n_k):
+        for m in range(n_k):
+            if c.island[m] == c.island[k] and c.open_case[closed[k]] == TO_DECIDE and c.open_case[closed[m]] == STAYS:
+                c.open_case[closed[m]] = TO_DECIDE
+
+
+@kernel
+def decide_all(sys_at, t, at, what, x, state, c):
+    """Decide the modes of the contacts that are undecided; returns a Status."""
+    sys, work = view(sys_at, Sys), c.work
+    for _ in range(MOST_TRIALS):
+        status = space_forces(sys_at, t, x, address(c))
+        if status != Status.RUNNING:
+            return status
+        n_k, speed, is_joint, is_lost = work.n, small_speed(sys, c), False, False
+        find_islands(n_k, work.start, work.G, c.island)
+        spread(n_k, c)
+        for k in range(n_k):
+            i = work.closed[k]
+            if c.open_case[i] != TO_DECIDE:
+                continue
+            if not is_alone(k, n_k, c):
+                is_joint = True
+                continue
+            if c.kind[i] == INCONSISTENT and c.gamma[i, 0] > speed:
+                c.mode[i], c.open_case[i] = ContactMode.OPEN.value, STAYS
+                continue
+            event = what if i == at and c.kind[i] != INCONSISTENT else NO_EVENT
+            mode, several = find_mode(sys, k, event, speed, c)
+            if mode < 0:
+                if not lose_slide(sys, k, n_k, x, state, c):
+                    return Status.NO_SOLUTION.value
+                is_lost = True
+                break
+            if several > 1 and c.kind[i] == MODE_CHANGE:
+                c.kind[i], c.found[i] = INDETERMINATE, several
+            state.counters.several += 1 if several > 1 else 0
+            c.mode[i], c.open_case[i] = mode, STAYS
+        if is_joint and not is_lost:
+            status, is_lost = decide_coupled(sys_at, t, n_k, speed, x, state, c)
+        if status != Status.RUNNING or not is_lost:
+            return status
+    return Status.CHATTERING.value
+
+
+@kernel
+def find_mode(sys, k, event, speed, c):
+    """(mode, number of solutions) of closed contact k, which touches, gamma_N = 0, and is coupled to no other; the mode
+    is -1 where it slides without force. The course of a slide is written."""
+    work, i, first = c.work, c.work.closed[k], c.work.start[k]
+    b_N, G_NN = work.c[first], work.G[first, first]
+    if work.start[k + 1] - first == 1:
+        return (ContactMode.OPEN.value if b_N >= 0.0 else ContactMode.LOCKED.value), 1
     stop_below = max(c.numbers.v_stop, speed)
-    mu_static, is_arrested = static_coefficient(sys.laws, 0), event == FRICTION and not lets_go
-    if lets_go or length_along(c.gamma, 0) > (2.0 if is_arrested else 1.0) * stop_below:
+    is_arrested = event == FRICTION and c.was[i] == ContactMode.SLIDE
+    lets_go = event == FRICTION and not is_arrested
+    if lets_go or length_along(c.gamma, i) > (2.0 if is_arrested else 1.0) * stop_below:
         if not lets_go:
-            take_course(c)
-        mu = friction_coefficient(sys.laws, 0, length_along(c.gamma, 0))
-        p = work.G[0, 0] - mu * (work.G[0, 1] * c.course[0, 0] + work.G[0, 2] * c.course[0, 1])
-        has_force = event != FORCELESS and p > 2.0 * SINGULAR_SLIDE * work.G[0, 0]
-        if work.c[0] >= 0.0:
+            take_course(i, c)
+        mu = friction_coefficient(sys.laws, i, length_along(c.gamma, i))
+        p = G_NN - mu * (work.G[first, first + 1] * c.course[i, 0] + work.G[first, first + 2] * c.course[i, 1])
+        has_force = event != FORCELESS and p > 2.0 * SINGULAR_SLIDE * G_NN
+        if b_N >= 0.0:
             return ContactMode.OPEN.value, 1 if has_force else 2
         return (ContactMode.SLIDE.value, 1) if has_force else (-1, 0)
-    mu = friction_coefficient(sys.laws, 0, 0.0)
-    found = list_solutions(answers.G, 0, work.c, mu, mu_static, answers)
-    best, rank, slides = -1, math.inf, 0
+    mu, answers = friction_coefficient(sys.laws, i, 0.0), take_block(k, c)
+    found = list_solutions(answers.G, 0, answers.c, mu, static_coefficient(sys.laws, i), answers)
+    best, least, slides = -1, math.inf, 0
     for m in range(found):
-        of = 1.0 if answers.modes[m] == FREE else 0.0 if has_stuck else 3.0
+        rank = 1.0 if answers.modes[m] == FREE else 0.0 if c.stuck[i] == 1 else 3.0
         if answers.modes[m] == SLIDE:
-            of = 4.0 if is_saddle(answers.G, 0, work.c, mu, answers.alphas[slides]) else 2.0
+            rank = 4.0 if is_saddle(answers.G, 0, answers.c, mu, answers.alphas[slides]) else 2.0
             slides += 1
-        if of < rank:
-            best, rank = m, of
+        if rank < least:
+            best, least = m, rank
     if best < 0:
         return -1, 0
     if answers.modes[best] != SLIDE:
         return (ContactMode.OPEN.value if answers.modes[best] == FREE else ContactMode.STICK.value), found
     size = math.hypot(answers.P[best, 1], answers.P[best, 2])
-    c.course[0, 0], c.course[0, 1] = -answers.P[best, 1] / size, -answers.P[best, 2] / size
+    c.course[i, 0], c.course[i, 1] = -answers.P[best, 1] / size, -answers.P[best, 2] / size
     return ContactMode.SLIDE.value, found
 
 
 @kernel
-def take_course(c):
-    """Take the direction in which the contact slides; in space it has no sign."""
-    follow_slide(2, 0, c)
-    c.slip[0] = 0
+def give_up_low(sys_at, t, x, c):
+    """Let the contacts that bounce lower than atol be decided as closed ones; whether there are some."""
+    sys, work, bounces = view(sys_at, Sys), c.work, False
+    for i in range(sys.n_c):
+        bounces = bounces or c.open_case[i] == BOUNCES
+    if not bounces or space_forces(sys_at, t, x, address(c)) != Status.RUNNING:
+        return False
+    has_low, n_k, low = False, work.n, max(c.numbers.atol, LOWEST_BOUNCE * rounded_length(sys.n_q, c))
+    for k in range(n_k):
+        i, a = work.closed[k], work.start[k]
+        if c.open_case[i] != BOUNCES:
+            continue
+        v, fall, e = c.gamma[i, 0], work.c[a], sys.laws[i, LAW_E_N]
+        for m in range(n_k):
+            for b in range(work.start[m], work.start[m + 1]):
+                fall += work.G[a, b] * c.la[work.closed[m], b - work.start[m]]
+        if fall < 0.0 and v * v < -2.0 * fall * low and e < 1.0:
+            c.late[i], c.open_case[i], has_low = -2.0 * v / (fall * (1.0 - e)), TO_DECIDE, True
+        elif fall < 0.0:
+            c.numbers.flight = min(c.numbers.flight, -2.0 * v / fall)
+    return has_low
 
 
 @kernel
-def strike(sys, is_lost, x, state, c):
-    """Give the impulses of an impact, with or without collision, at the state that was evaluated last; returns the
-    number of solutions, 0 where there is none."""
-    work, h, laws, found = c.work, c.hodograph, sys.laws, 1
-    mu, law = friction_coefficient(laws, 0, length_along(c.gamma, 0)), int(laws[0, LAW_IMPACT])
-    if is_lost or follows_own_law(0, sys.kinds, laws):
-        for a in range(3):
-            h.before[a] = c.gamma[0, a]
-            for b in range(3):
-                h.G[a, b] = work.G[a, b]
-        h.mu, h.e, h.law = mu, laws[0, LAW_E_N], law
-        if is_lost:
-            lose(h)
-        if not collide_in_space(address(h)):
-            return 0
-        for a in range(3):
-            work.P[a] = h.impulse[a]
-    else:
-        for a in range(3):
-            work.c[a] = c.gamma[0, a]
-        work.c[0] *= 1.0 + laws[0, LAW_E_N]
-        found = list_solutions(c.answers.G, 0, work.c, mu, max(mu, static_coefficient(laws, 0)), c.answers)
-        if found == 0:
-            return 0
-        last = 1 if found > 1 and c.answers.modes[0] == FREE else 0  # sticking before slides
-        for a in range(3):
-            work.P[a] = c.answers.P[last, a]
-    gain, size, push = give(sys, True, x, c)
-    note_gains(sys, gain, push, rounded_sum(VELOCITY_ROUNDINGS, size), True, 1, state, work)
-    return found
+def take_off_bounces(sys_at, t, x, c):
+    """Take off the velocities with which low bounces begin, with the friction that belongs to their impulses; returns a
+    Status."""
+    sys, work, is_given = view(sys_at, Sys), c.work, False
+    for i in range(sys.n_c):
+        is_given = is_given or (c.late[i] > 0.0 and c.mode[i] != ContactMode.OPEN)
+    status = space_forces(sys_at, t, x, address(c)) if is_given else Status.RUNNING.value
+    if not is_given or status != Status.RUNNING:
+        return status
+    n_k = work.n
+    for a in range(work.start[n_k]):
+        work.P[a] = 0.0
+    m = list_equations(WITH_FRICTION, EVERY, n_k, c)
+    for e in range(m):
+        c.b[e], c.z[e] = -work.gamma_0[c.row[e]], 0.0
+    if decompose(m, WITH_FRICTION, c) < DISTINCT_ROWS and m > 1:
+        regularise(m, c)
+    solve_equations(m, c)
+    for e in range(m):
+        i = c.contact[e]
+        work.P[c.row[e]] = c.z[e]
+        if c.mode[i] == ContactMode.SLIDE:
+            for a in range(2):
+                work.P[c.row[e] + 1 + a] = -c.mu[i] * c.z[e] * c.way[i, a]
+    give(sys, True, n_k, x, c)
+    return status
 
 
 @kernel
-def give_up(sys, x, c):
-    """Take off the velocity with which a low bounce begins, with the friction that belongs to its impulse."""
-    work = c.work
-    stop(sys, c)
-    if c.mode[0] == ContactMode.SLIDE:
-        mu = friction_coefficient(sys.laws, 0, length_along(c.gamma, 0))
-        p = work.G[0, 0] - mu * (work.G[0, 1] * c.course[0, 0] + work.G[0, 2] * c.course[0, 1])
-        work.P[0] = -work.gamma_0[0] / p
-        for a in range(2):
-            work.P[1 + a] = -mu * work.P[0] * c.course[0, a]
-    give(sys, True, x, c)
-
-
-@kernel
-def end_event(sys, t, kind, found, mode, x, state, c):
-    """Take the new mode, hold the state to it, and append the event, unless it is a start without one."""
-    c.mode[0] = mode
-    status = hold(sys, t, x, c)
-    has_changed = mode != state.mode[0]
-    is_start = state.counters.steps == 0 and kind == MODE_CHANGE
-    if (has_changed or kind != MODE_CHANGE) and not is_start:
-        event = state.event
-        event.P_N, event.P_F = c.P[0, 0], length_along(c.P, 0)
-        event.gamma_N, event.gamma_F, event.solutions = c.before[0, 0], length_along(c.before, 0), found
-        append_event(t + c.numbers.late, kind, 0, state.mode[0], state.slip[0], mode, c.slip[0], state)
-    state.mode[0], state.slip[0] = mode, c.slip[0]
+def end_event(sys, t, x, state, c):
+    """Hold the state to the new modes, and append the events, unless they are of a start without one; NOT_SOLVED where
+    the modes were found to be the same many times in a row, at next to one moment."""
+    for i in range(sys.n_c):
+        c.touches[i] = 0
+        if c.mode[i] == ContactMode.OPEN:
+            for a in range(c.share.shape[1]):
+                c.share[i, a] = 0.0
+    status, is_same = hold(sys, t, x, c), True
+    for i in range(sys.n_c):
+        is_same = is_same and c.mode[i] == state.mode[i] and c.kind[i] == MODE_CHANGE
+    c.repeats = c.repeats + 1 if is_same else 0
+    c.numbers.changed = c.numbers.changed if is_same else t
+    if c.repeats > MOST_REPEATS and t - c.numbers.changed < NO_PROGRESS * abs(t):
+        return Status.NOT_SOLVED.value
+    for i in range(sys.n_c):
+        event, kind, mode = state.event, c.kind[i], c.mode[i]
+        has_changed, is_start = mode != state.mode[i], state.counters.steps == 0 and kind == MODE_CHANGE
+        if (has_changed or kind != MODE_CHANGE) and not is_start:
+            event.P_N, event.P_F = c.P[i, 0], length_along(c.P, i)
+            event.gamma_N, event.gamma_F, event.solutions = c.before[i, 0], length_along(c.before, i), c.found[i]
+            append_event(t + c.late[i], kind, i, state.mode[i], state.slip[i], mode, c.slip[i], state)
+        state.mode[i], state.slip[i] = mode, c.slip[i]
     return status

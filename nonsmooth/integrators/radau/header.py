@@ -18,28 +18,30 @@ from nonsmooth.jit import kernel
 
 def radau_suspects(state: Any, ode: Any) -> list[Suspect]:
     """Where a step of Radau called the rates: its beginning, the trial after the smallest step, its end."""
-    t, n = float(ode.clock.now), len(state.q)
+    t, n_q, end = float(ode.clock.now), len(state.q), len(state.q) + len(state.u)
     ends = ((SMALLEST_STEP * abs(t), ode.trial), (float(ode.clock.done), ode.x_1))
-    return [Suspect(t, state.q, state.u), *(Suspect(t + part, x[:n], x[n : 2 * n]) for part, x in ends)]
+    return [Suspect(t, state.q, state.u), *(Suspect(t + part, x[:n_q], x[n_q:end]) for part, x in ends)]
 
 
 @kernel
-def state_at_moment(moment, t, n, ode, steps, x):
+def state_at_moment(moment, t, ode, steps, x):
     """The state within the step from t that was accepted last."""
     theta = min(1.0, (moment - t) / ode.clock.done)
     state_within(steps.n_steps - steps.is_kept, theta, steps, x)
     Z = ode.Z
-    for i in range(2 * n, x.shape[0]):
+    for i in range(steps.q.shape[1] + steps.u.shape[1], x.shape[0]):
         x[i] = ode.x[i] - Z[2, i] + dense_value(theta, Z[0, i], Z[1, i], Z[2, i])
 
 
 @kernel
 def take_motion(t, x, state):
     """The time, the coordinates and the velocities of the header."""
-    n = state.q.shape[0]
+    n_q, n = state.q.shape[0], state.u.shape[0]
     state.now = t
+    for i in range(n_q):
+        state.q[i] = x[i]
     for i in range(n):
-        state.q[i], state.u[i] = x[i], x[n + i]
+        state.u[i] = x[n_q + i]
 
 
 @kernel

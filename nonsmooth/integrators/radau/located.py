@@ -19,7 +19,7 @@ from nonsmooth.integrators.contract import EVENTS_AT_ONCE, LOOP, Handles, Integr
 from nonsmooth.integrators.radau.events import MAX_STALLS, NO_EVENT, TOO_LONG, Events, locate_event, longest_step
 from nonsmooth.integrators.radau.header import note_impulses, radau_suspects, state_at_moment, take_counts
 from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_step
-from nonsmooth.integrators.radau.polynomial import STEP_DEGREE, begin_polynomial, end_polynomial
+from nonsmooth.integrators.radau.polynomial import CURVED_DEGREE, STEP_DEGREE, begin_polynomial, end_polynomial
 from nonsmooth.integrators.radau.stages import Radau, rates_at
 from nonsmooth.integrators.records import Record, State, is_full, write_row
 from nonsmooth.jit import Callback, Kernel, kernel
@@ -153,7 +153,7 @@ def write_rows(sys, t, t_1, schedule, state, record, memory):
     is_written = False
     while record.counts.next < t_record.shape[0] and t_record[record.counts.next] <= t_1:
         moment = t_record[record.counts.next]
-        state_at_moment(moment, t, sys.n, ode, record.steps, x)
+        state_at_moment(moment, t, ode, record.steps, x)
         status = rates_at(ode.rates, address(sys), ode.context, moment, x, ode.f)
         if status == Status.RUNNING:
             status = write_state(sys, moment, x, True, state, record, memory)
@@ -195,6 +195,7 @@ class LocatesEvents(Integrator):
     locates_events = True
     has_forces = True
     degree = STEP_DEGREE
+    curved = CURVED_DEGREE
 
     @property
     def loop(self) -> Kernel:
