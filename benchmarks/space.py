@@ -2,8 +2,7 @@
 
 A block thrown on a conveyor, two balls that slide and then roll, a tippe-top and a rod that slides on its tip, as a
 system of one contact (of four: the block), as a scene of bodies, and in MuJoCo where it is installed; a rod with a
-point for a tip, which no body has, as a system, and there by `EventDriven` too. Methods and
-settings take turns ROUNDS times; printed are medians of the processor time of whole runs of ours, and of MuJoCo's steps
+point for a tip, which no body has, as a system. Methods and settings take turns ROUNDS times; printed are medians of the processor time of whole runs of ours, and of MuJoCo's steps
 alone, and the distance of the centre of mass from where it should be at the end. FILE is that of the picture.
 """
 
@@ -219,8 +218,8 @@ def methods(motion: Motion) -> Iterator[tuple[str, tuple[Callable[[float], tuple
 
     yield "MoreauJean", (lambda dt: ours(ns.MoreauJean(dt=dt)), STEPS)
     yield "Adaptive", (lambda rtol: ours(ns.Adaptive(rtol=rtol, atol=1e-2 * rtol)), TOLERANCES)
+    yield "EventDriven", (lambda rtol: ours(ns.EventDriven(rtol=rtol, atol=1e-2 * rtol)), TOLERANCES)
     if make is None:
-        yield "EventDriven", (lambda rtol: ours(ns.EventDriven(rtol=rtol, atol=1e-2 * rtol)), TOLERANCES)
         return
     yield "MoreauJean, scene", (of_scene, STEPS)
     if imports("mujoco"):

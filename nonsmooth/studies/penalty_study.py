@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_instance, as_name, as_positive, as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.event_driven.options import refused_in_space
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.start import answers_start
@@ -173,7 +174,8 @@ def penalty_study(
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = problem.system.described.contact(contact)
     is_free = stiffness is None and reference is None
-    best = EXACT_IN_SPACE if problem.system.is_spatial else EXACT
+    is_followed = not problem.system.is_spatial or not any(refused_in_space(problem.system))
+    best = EXACT if is_followed else EXACT_IN_SPACE
     if is_free:
         require_affordable(problem, best)
     is_equal = restitution == "equal"

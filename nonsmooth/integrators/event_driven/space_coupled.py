@@ -120,7 +120,6 @@ def set_up_coupled(sys, n_k, none, rounded, c):
         largest, trace = max(largest, abs(work.c[a])), trace + work.G[a, a]
         work.offset[a], c.centre[a] = 0.0, 0.0
     rate = largest / (PER_STEP_OF_EVENT * none)
-    c.numbers.largest = largest
     c.numbers.compliance = EVENT_COMPLIANCE * trace / r
     for k in range(n_k):
         c.softness[k], c.is_fast[k] = 1.0, 0

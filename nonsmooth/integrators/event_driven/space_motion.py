@@ -76,7 +76,6 @@ class SpaceNumbers(Block):
     flight: float  # [s] of the shortest flight that has begun
     shift: float  # of the diagonal of A where contacts are redundant
     compliance: float  # of coupled contacts whose modes are decided
-    largest: float  # acceleration of them
     changed: float  # [s] when a mode changed last
     ratio: float  # det A over that without friction, of the island solved last
 

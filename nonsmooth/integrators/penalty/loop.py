@@ -31,14 +31,14 @@ from nonsmooth.mechanics.system import ContactMode
 
 
 class Scratch(
-    Located, impulses="(1 + max(1, d)) * n_c", x=f"2 * (n + n_c) + impulses + {N_WORKS}", works=N_WORKS,
-    functions=f"{N_FUNCTIONS} * n_c",
+    Located, n_q=0, motion="n + (n_q or n)", impulses="(1 + max(1, d)) * n_c", works=N_WORKS,
+    x="motion + 2 * n_c + impulses + works", functions=f"{N_FUNCTIONS} * n_c",
 ):  # fmt: skip
-    """Arrays of a run with compliant contacts."""
+    """Arrays of a run with compliant contacts. With q' = B u no part of the motion is eliminated from the stages."""
 
-    ode: Array[Radau, "m = n", "n = 2 * (n + n_c)", "quadratures = impulses + works"]
+    ode: Array[Radau, "m = 0 if n_q else n", "n = motion + 2 * n_c", "quadratures = impulses + works"]
     events: Array[Events, "n_events = functions", "n_x = x"]
-    contacts: Contacts
+    contacts: Array[Contacts, "n_q = n_q"]
     before: Array[Floats, "n_c", "1 + max(1, d)"]  # impulses at the last change of mode
 
 
@@ -55,11 +55,11 @@ def accept_step(sys_at, t, state_at, scratch_at):
 @kernel
 def note_step(sys, t, state, scratch):
     """Count a step to the time t, keep the state, the deepest indentation and the courses of slides in space."""
-    x, n = scratch.ode.x, state.q.shape[0]
+    x, first = scratch.ode.x, sys.n_q + sys.n
     take_motion(t, x, state)
     note_speed(sys, scratch.contacts)
     for i in range(state.mode.shape[0]):
-        depth = -x[2 * n + i] / scratch.contacts.constants[i, OMEGA]
+        depth = -x[first + i] / scratch.contacts.constants[i, OMEGA]
         state.worst.penetration = max(state.worst.penetration, depth)
         if sys.kinds[i, 1] == 2 and scratch.contacts.mode[i] == ContactMode.SLIDE:
             follow_slide(2, i, scratch.contacts)
@@ -110,7 +110,7 @@ def begin_run(sys, state, record, scratch):
 def note_event(sys, t, i, state, scratch):
     """Append the change of mode of contact i, with its impulses since the change before; none at the start."""
     contacts, x, before = scratch.contacts, scratch.ode.x, scratch.before
-    first, n_c = 2 * (sys.n + sys.n_c) + i, sys.n_c
+    first, n_c = sys.n_q + sys.n + 2 * sys.n_c + i, sys.n_c
     for part in range(before.shape[1]):
         before[i, part] = x[first + part * n_c] - before[i, part]
     if state.counters.steps > 0:
@@ -135,7 +135,8 @@ def fill_header(sys_at, t, x, is_within, state_at, scratch_at):
     """The header of the state x = (q, u, z, v, P_N, P_F, works); returns a Status."""
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     take_motion(t, x, state)
+    first = state.q.shape[0] + state.u.shape[0]
     for i in range(state.mode.shape[0]):
-        state.g_N[i] = x[2 * state.q.shape[0] + i] / scratch.contacts.constants[i, OMEGA]
+        state.g_N[i] = x[first + i] / scratch.contacts.constants[i, OMEGA]
     take_contacts(x, scratch.written, state, scratch.contacts)
     return Status.RUNNING.value

@@ -124,12 +124,6 @@ class Penalty(LocatesEvents):
         """The arrays of a run, with the laws and tolerances."""
         if isinstance(self.friction, TangentialSpring):
             raise InvalidInput("a System sticks without a spring; leave out friction=TangentialSpring(...)")
-        if system.kinematics is not None:
-            raise InvalidInput(
-                "Penalty takes velocities that are the rates of the coordinates, and the system has kinematics "
-                "(q' = B u); give it such coordinates, or take an ns.Scene, whose bodies turn; MoreauJean(dt=...) "
-                "simulates it as it is"
-            )
         arrays = new(Scratch, **system.sizes)
         facts, numbers = arrays.contacts.facts, arrays.contacts.numbers
         is_regularised = isinstance(self.friction, Regularised)
@@ -142,15 +136,16 @@ class Penalty(LocatesEvents):
 
     def prepare(self, system: System, t_end: float, state: State, memory: Scratch) -> None:
         """Stiffness, damping and frequency of each contact, by the masses at the start, and the state there."""
-        t, q, u, n, n_c = float(state.now), state.q, state.u, system.n_u, system.n_c
+        t, q, u, n_q, n_c = float(state.now), state.q, state.u, system.n_q, system.n_c
+        first = n_q + system.n_u
         contacts, ode = memory.contacts, memory.ode
         contacts.constants[:] = self.constants(system, t, q, u)
         self.check_resolution(contacts.constants[:, OMEGA], max(abs(t), abs(t_end)))
         gaps = self.gaps(system, t, q, u, contacts.constants)
-        ode.x[:n], ode.x[n : 2 * n] = q, u
-        ode.x[2 * n : 2 * n + n_c] = contacts.constants[:, OMEGA] * gaps
-        ode.atol[: 2 * n + n_c] = self.atol
-        ode.atol[2 * n + n_c :] = self.atol * self.velocity_parts(contacts.constants)
+        ode.x[:n_q], ode.x[n_q:first] = q, u
+        ode.x[first : first + n_c] = contacts.constants[:, OMEGA] * gaps
+        ode.atol[: first + n_c] = self.atol
+        ode.atol[first + n_c :] = self.atol * self.velocity_parts(contacts.constants)
         ode.clock.now = t
 
     def velocity_parts(self, constants: np.ndarray) -> np.ndarray:

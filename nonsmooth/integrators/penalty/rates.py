@@ -1,6 +1,6 @@
 """The equations of motion with compliant contacts, mode by mode.
 
-    q' = u,    M u' = h + W_N^T la_N + W_F^T la_F,    z' = omega v,    v' = W_N u' + W_N' u + w_N' - alpha (v - gamma_N)
+    q' = B u,   M u' = h + W_N^T la_N + W_F^T la_F,   z' = omega v,   v' = W_N u' + W_N' u + w_N' - alpha (v - gamma_N)
 
 with z = omega g_N and v = gamma_N = W_N u + w_N. The gap and its rate are variables of their own, beside coordinates
 and velocities: computed from them, an indentation of 1e-11 m at a coordinate of 1 m keeps five digits only, and a
@@ -32,6 +32,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, free_acceleration, row_shift
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, stack_rows
+from nonsmooth.mechanics.kinematics import coordinate_rates, find_kinematics
 from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
@@ -64,10 +65,10 @@ class CompliantNumbers(Block):
     atol: float
 
 
-class Contacts(Block, r="max(1, n_c * (1 + d))", w="max(1, d)"):
-    """The contacts of a run. n = n_u, c = n_c, w = columns of friction."""
+class Contacts(Block, r="max(1, n_c * (1 + d))", w="max(1, d)", n_q=0):
+    """The contacts of a run. n = n_u, c = n_c, w = columns of friction, n_q = 0 where q' = u."""
 
-    work: Work
+    work: Array[Work, "n_q = n_q"]
     facts: CompliantFacts
     numbers: CompliantNumbers
     constants: Array[Floats, "n_c", 3]  # k, c, omega
@@ -76,7 +77,7 @@ class Contacts(Block, r="max(1, n_c * (1 + d))", w="max(1, d)"):
     course: Array[Floats, "n_c", 2]  # in space: the direction of sliding at the last step
     way: Array[Floats, "n_c", "w"]  # s: the direction of sliding, in the plane its sign
     sign: Array[Ints, "n_c"]  # sign of la_N
-    q: Array[Floats, "n"]
+    q: Array[Floats, "n_q or n"]
     u: Array[Floats, "n"]
     la: Array[Floats, "n_c", "1 + w"]  # forces
     gamma: Array[Floats, "n_c", "1 + w"]  # contact velocities, the normal one v
@@ -99,18 +100,18 @@ def contact_rates(sys_at, contacts_at, t, x, out):
     status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
-    total = 0.0
+    total, first = 0.0, sys.n_q + n
+    coordinate_rates(sys, contacts.u, work, out)
     for i in range(n):
-        out[i] = contacts.u[i]
-        out[n + i] = work.du[i]
+        out[sys.n_q + i] = work.du[i]
         total += 0.0 * work.du[i]
-    P_N = 2 * (n + n_c)
+    P_N = first + 2 * n_c
     force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         force += work.h[i] * contacts.u[i]
     for i in range(n_c):
-        out[2 * n + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
-        out[2 * n + n_c + i] = normal_acceleration(sys, i, contacts)
+        out[first + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
+        out[first + n_c + i] = normal_acceleration(sys, i, contacts)
         for part in range(la.shape[1]):
             out[P_N + part * n_c + i] = la[i, part]
         if sys.kinds[i, 0] != GIVEN_FORCE:
@@ -144,12 +145,16 @@ def find_forces(sys, t, x, contacts):
     n, n_c = sys.n, sys.n_c
     for i in range(n_c):
         work.closed[i] = i
+    for i in range(sys.n_q):
+        contacts.q[i] = x[i]
     for i in range(n):
-        contacts.q[i], contacts.u[i] = x[i], x[n + i]
+        contacts.u[i] = x[sys.n_q + i]
+    if not find_kinematics(sys, t, contacts.q, contacts.u, work):
+        return Status.NOT_FINITE
     if n_c > 0:
         if not find_row_rates(sys, row_shift(sys, contacts.u), t, contacts.q, contacts.u, n_c, contacts.rates, work):
             return Status.NOT_FINITE
-    for i in range(n):
+    for i in range(sys.n_q):
         work.q_mid[i] = contacts.q[i]
     is_first = facts.is_known == 0
     status = free_acceleration(sys, is_first, t, contacts.u, work)
@@ -185,7 +190,7 @@ def list_stuck(sys, contacts):
 @kernel
 def given_forces(sys, x, contacts):
     """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) is none."""
-    n = sys.n
+    first = sys.n_q + sys.n
     work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts.law
     for i in range(sys.n_c):
         kind, d = sys.kinds[i, 0], sys.kinds[i, 1]
@@ -195,11 +200,11 @@ def given_forces(sys, x, contacts):
         if kind == GIVEN_FORCE:
             la[i, 0] = max(0.0, work.N[i])
         else:
-            gamma[i, 0] = x[2 * n + sys.n_c + i]
+            gamma[i, 0] = x[first + sys.n_c + i]
             if mode != ContactMode.OPEN:
                 k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
                 a_law = NormalLaw.KELVIN_VOIGT.value if kind == BILATERAL else law
-                la[i, 0] = normal_force(a_law, k, c, -x[2 * n + i] / omega, -gamma[i, 0])
+                la[i, 0] = normal_force(a_law, k, c, -x[first + i] / omega, -gamma[i, 0])
         if d == 0:
             continue
         for axis in range(d):

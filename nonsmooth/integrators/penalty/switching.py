@@ -57,7 +57,7 @@ def contact_events(sys_at, contacts_at, t, x, out):
     status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
-    n, n_c = sys.n, sys.n_c
+    n_c = sys.n_c
     E = N_FUNCTIONS * n_c
     for i in range(n_c):
         e = N_FUNCTIONS * i
@@ -68,7 +68,7 @@ def contact_events(sys_at, contacts_at, t, x, out):
             out[E + e + m] = 0.0
         kind, mode = sys.kinds[i, 0], contacts.mode[i]
         if kind == UNILATERAL:
-            out[e + CLOSURE] = closure(i, x, n, contacts)
+            out[e + CLOSURE] = closure(i, x[sys.n_q + sys.n + i], contacts)
             out[E + e + CLOSURE] = force
         if sys.kinds[i, 1] > 0 and kind != GIVEN_FORCE and mode != ContactMode.OPEN:
             out[e + SIGN] = contacts.sign[i] * contacts.la[i, 0]
@@ -97,10 +97,10 @@ def speed_along(d, i, contacts):
 
 
 @kernel
-def closure(i, x, n, contacts):
+def closure(i, z, contacts):
     """Positive while contact i stays as it is: the force of a closed contact, minus that of an open one."""
     k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
-    d, d_rate = -x[2 * n + i] / omega, -contacts.gamma[i, 0]
+    d, d_rate = -z / omega, -contacts.gamma[i, 0]
     law = contacts.facts.law
     force = normal_force(law, k, c, d, d_rate)
     if contacts.mode[i] != ContactMode.OPEN:
@@ -306,9 +306,9 @@ def stop_sliding(sys, x, contacts):
     for a in range(contacts.n_stuck):
         b = stuck[a]
         for j in range(n):
-            x[n + j] += work.X[b, j] * rhs[a]
+            x[sys.n_q + j] += work.X[b, j] * rhs[a]
         for i in range(sys.n_c):
-            x[2 * n + sys.n_c + i] += normal_change(sys, i, b, contacts) * rhs[a]
+            x[sys.n_q + n + sys.n_c + i] += normal_change(sys, i, b, contacts) * rhs[a]
 
 
 @kernel
@@ -325,10 +325,10 @@ def normal_change(sys, i, b, contacts):
 @kernel
 def set_normal_velocities(sys, x, contacts):
     """v = W_N u + w_N from the rows that were evaluated last."""
-    n = sys.n
+    first = sys.n_q + sys.n + sys.n_c
     for i in range(sys.n_c):
         if sys.kinds[i, 0] != GIVEN_FORCE:
-            x[2 * n + sys.n_c + i] = contacts.work.gamma_0[contacts.work.start[i]]
+            x[first + i] = contacts.work.gamma_0[contacts.work.start[i]]
 
 
 @kernel("int64(int64, float64, float64[::1], int64, float64[::1])", short_loops=True)
@@ -339,7 +339,6 @@ def begin_contacts(sys_at, t, x, contacts_at, out):
     """
     sys = view(sys_at, Sys)
     contacts = view(contacts_at, Contacts)
-    n = sys.n
     for i in range(sys.n_c):
         contacts.mode[i] = ContactMode.OPEN.value
         contacts.slip[i] = 0
@@ -352,7 +351,7 @@ def begin_contacts(sys_at, t, x, contacts_at, out):
             return status
         set_normal_velocities(sys, x, contacts)
     for i in range(sys.n_c):
-        is_landing = x[2 * n + i] <= 0.0 and contacts.gamma[i, 0] < 0.0
+        is_landing = x[sys.n_q + sys.n + i] <= 0.0 and contacts.gamma[i, 0] < 0.0
         if sys.kinds[i, 0] != UNILATERAL or is_landing:
             contacts.sign[i] = -1 if contacts.la[i, 0] < 0.0 else 1
             status = close_contact(sys, t, x, i, contacts, out)

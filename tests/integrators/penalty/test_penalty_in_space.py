@@ -1,5 +1,6 @@
 """Compliant contact with friction in two directions: slides that turn, stop and start, and the stiff limit."""
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -8,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nonsmooth as ns
-from models import PainleveRod, SpatialPainleveRod
+from models import BilliardBall, PainleveRod, SpatialPainleveRod, SpinningTop
 from nonsmooth import ContactMode
 
 G = 9.81
@@ -205,10 +206,22 @@ def test_two_feet_that_stick_share_what_holds_them():
     assert abs(sol.la[-1, :, 1:] + [0.5, 0.25]).max() < 1e-9  # REGULARISATION of the trace, 4 1/kg
 
 
-@pytest.mark.upkeep
-def test_bodies_that_turn_are_refused_by_name():
-    scene = ns.Scene(gravity=(0, 0, -9.81))
-    scene.fixed(ns.HalfSpace((0, 0, 1)))
-    scene.body(ns.Capsule(0.1, 0.02), mass=1.0, position=(0, 0, 0.02), turn=(0.6, 0.0, 0.8, 0.0))
-    with pytest.raises(ns.InvalidInput, match=r"Penalty takes velocities that are the rates .* kinematics"):
-        ns.simulate(scene.system(), (0, 0.1), *scene.state(), integrator=ns.Penalty(1e6))
+@pytest.mark.parametrize("model, t_end", [(BilliardBall(), 0.3), (SpinningTop(), 0.1)])
+def test_bodies_that_turn_go_as_rigid_ones_the_better_the_stiffer_their_contact(model, t_end):
+    """A slide of bodies with q' = B u: the end errs by 1/k, as the indentation m g/k does."""
+    q, u = model.state()
+    rigid = ns.simulate(model, (0, t_end), q, u, integrator=ns.EventDriven(1e-11, 1e-13)).q[-1]
+    soft = ns.Penalty(1e5, damping_ratio=0.7, rtol=1e-9, atol=1e-11)
+    errors = [
+        np.abs(ns.simulate(model, (0, t_end), q, u, integrator=by).q[-1] - rigid).max()
+        for by in (soft, dataclasses.replace(soft, stiffness=1e7))
+    ]
+    assert errors[0] < 2e-4 and errors[1] == pytest.approx(errors[0] / 100, rel=0.1)
+
+
+def test_a_ball_that_turns_rests_at_the_depth_of_its_weight():
+    ball = BilliardBall()
+    sol = ns.simulate(ball, (0, 0.5), *ball.state(), integrator=ns.Penalty(1e6, damping_ratio=0.7))
+    assert -sol.g_N[-1, 0] == pytest.approx(ball.m * 9.81 / 1e6, rel=1e-8)
+    assert sol.events[-1].mode_after == ContactMode.STICK
+    assert sol.events[-1].t == pytest.approx(ball.rolling_time(ball.state()[1]), rel=1e-6)
