@@ -135,14 +135,17 @@ def first_together(system: System, together: records.Together) -> str:
     return f"at t = {float(together.t):.6g} s {', '.join(names[:-1])} and {names[-1]}"
 
 
-def rebound_together(stats: Stats) -> str:
-    """What is to be said of a run in which Newton's law decided several contacts at once."""
+def rebound_together(stats: Stats, system: System | None) -> str:
+    """What is to be said of a run in which Newton's law decided several contacts at once; friction in two directions
+    has no other law of them."""
     times = "" if stats.struck_together == 1 else f" ({stats.struck_together} times in all)"
+    others = (
+        "impact='sequential' strikes one after the other, as a smaller dt does where they are apart, impact='poisson' "
+        "gives back what was compressed, impact='energetic' gives it back as equal springs do, "
+    ) if system is None or system.d < 2 else ""  # fmt: skip
     return (
         f"{stats.first_together} were hit at once{times}, and Newton's law of impact with e_N > 0 rebounds them "
-        "together, one answer of many: impact='sequential' strikes one after the other, as a smaller dt does where "
-        "they are apart, impact='poisson' gives back what was compressed, impact='energetic' gives it back as equal "
-        "springs do, e_N = 0 has no rebound, and impact='newton' chooses this answer"
+        f"together, one answer of many: {others}e_N = 0 has no rebound, and impact='newton' chooses this answer"
     )
 
 

@@ -156,7 +156,7 @@ def _energy(solution: Solution, recorded: tuple[str, ...]) -> list[str]:
     lines = [_balance(done, contact_work)] if done else []
     lines += [f"  {energy_gain(stats)}"] if stats.energy_gains else []
     lines += [f"  {friction_gain(stats)}"] if stats.friction_gains else []
-    lines += [f"  {rebound_together(stats)}"] if stats.struck_together else []
+    lines += [f"  {rebound_together(stats, solution.system)}"] if stats.struck_together else []
     if done and ledger["projection"].any():
         lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")
     if "potential" in done:

@@ -162,7 +162,7 @@ def tell_of_impacts(solution: Solution, system: System) -> None:
     if stats.struck_together and any(
         contact.impact is None and contact.kind == UNILATERAL for contact in system.contacts
     ):
-        warn_caller(rebound_together(stats), SimultaneousImpactWarning)
+        warn_caller(rebound_together(stats, system), SimultaneousImpactWarning)
 
 
 def friction_drives(solution: Solution) -> bool:

@@ -39,7 +39,7 @@ def test_list_names_models_and_scenes(capsys):
     [
         (
             "--integrator event-driven",
-            "no friction there; simulate(scene, ..., --integrator moreau-jean)",
+            "may touch along faces, which has no smooth gap; leave the pair out",
         ),
         ("--state x=1", "--state is no option for box-stack, a scene of bodies; leave it out"),
         ("--q0 1 --u0 1", "--q0 is no option for box-stack"),

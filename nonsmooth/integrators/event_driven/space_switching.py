@@ -298,15 +298,17 @@ def take_off_bounces(sys_at, t, x, c):
 @kernel
 def end_event(sys, t, x, state, c):
     """Hold the state to the new modes, and append the events, unless they are of a start without one; NOT_SOLVED where
-    the modes were found to be the same many times in a row, at next to one moment."""
+    redundant contacts have the same modes many times in a row, at next to one moment."""
     for i in range(sys.n_c):
         c.touches[i] = 0
         if c.mode[i] == ContactMode.OPEN:
             for a in range(c.share.shape[1]):
                 c.share[i, a] = 0.0
-    status, is_same = hold(sys, t, x, c), True
+    status, is_same, is_shared = hold(sys, t, x, c), True, False
     for i in range(sys.n_c):
         is_same = is_same and c.mode[i] == state.mode[i] and c.kind[i] == MODE_CHANGE
+        is_shared = is_shared or c.is_shared[i] == 1
+    is_same = is_same and is_shared
     c.repeats = c.repeats + 1 if is_same else 0
     c.numbers.changed = c.numbers.changed if is_same else t
     if c.repeats > MOST_REPEATS and t - c.numbers.changed < NO_PROGRESS * abs(t):

@@ -1,5 +1,6 @@
 """Error control of systems with q' = B u and friction in two directions: closed forms, orders, records, refusals."""
 
+import dataclasses
 import math
 from dataclasses import replace
 
@@ -137,7 +138,10 @@ def test_where_a_function_fails_it_is_named():
         ns.simulate(replace(system, force=force), (0, 1.0), *ball.state(), integrator=adaptive(1e-6))
 
 
-def test_auto_with_a_tolerance_takes_it():
-    ball = BilliardBall()
-    sol = ns.simulate(ball, (0, 0.2), *ball.state(), integrator=ns.Auto(rtol=1e-6))
+def test_auto_with_a_tolerance_takes_it_where_events_are_not_located():
+    system, start = BilliardBall().system(), BilliardBall().state()
+    followed = ns.simulate(system, (0, 0.2), *start, integrator=ns.Auto(rtol=1e-6))
+    assert followed.about["integrator"] == "EventDriven(rtol=1e-06, atol=1e-08)"
+    springy = dataclasses.replace(system, contacts=[dataclasses.replace(system.contacts[0], e_F=0.1)])
+    sol = ns.simulate(springy, (0, 0.2), *start, integrator=ns.Auto(rtol=1e-6))
     assert sol.about["integrator"] == "Adaptive(rtol=1e-06, atol=1e-08)"

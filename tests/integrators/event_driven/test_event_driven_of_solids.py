@@ -188,7 +188,6 @@ def test_steps_of_moreau_jean_tend_to_it_where_three_feet_land():
     assert errors[2] < 2e-4 and errors[2] < errors[0] / 6  # first order at landings
 
 
-@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")
 def test_a_ball_that_hits_another_on_a_table_strikes_it_and_is_lifted():
     scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.2, e=0.0))
     ivory = ns.Material(mu=0.2, e=0.9, name="ivory")
@@ -197,7 +196,8 @@ def test_a_ball_that_hits_another_on_a_table_strikes_it_and_is_lifted():
     scene.body(ns.Sphere(0.03), mass=0.17, position=(0, 0, 0.03), velocity=(1, 0, 0), name="cue", material=ivory)
     scene.body(ns.Sphere(0.03), mass=0.17, position=(0.3, 0.02, 0.03), name="ball", material=ivory)
     system, (q, u) = scene.system(), scene.state()
-    sol = ns.simulate(system, (0, 1), q, u, integrator=FINE)
+    with pytest.warns(ns.SimultaneousImpactWarning, match="one answer of many: e_N = 0 has no rebound, and impact='n"):
+        sol = ns.simulate(system, (0, 1), q, u, integrator=FINE)
     roll, hit = sol.events[0], next(event for event in sol.events if event.kind == ns.EventKind.IMPACT)
     assert roll.t == pytest.approx(1.0 / (3.5 * 0.2 * G), rel=1e-9)  # u_0 / (7/2 mu g)
     rolled = 5 / 7 * (hit.t - roll.t) + (1 - (2 / 7) / 2) * roll.t  # the mean of 1 and 5/7 while it slides
