@@ -1,7 +1,7 @@
 """``python -m benchmarks space [FILE] [NAME ...]``: run time against error of six motions with friction in space.
 
 A block thrown on a conveyor, two balls that slide and then roll, a tippe-top and a rod that slides on its tip, as a
-system of one contact (of four: the block), as a scene of bodies, and in MuJoCo where it is installed; a rod with a
+system of one contact (of eight: the block), as a scene of bodies, and in MuJoCo where it is installed; a rod with a
 point for a tip, which no body has, as a system. Methods and settings take turns ROUNDS times; printed are medians of the processor time of whole runs of ours, and of MuJoCo's steps
 alone, and the distance of the centre of mass from where it should be at the end. FILE is that of the picture.
 """
