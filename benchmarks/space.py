@@ -2,8 +2,9 @@
 
 A block thrown on a conveyor, two balls that slide and then roll, a tippe-top and a rod that slides on its tip, as a
 system of one contact (of eight: the block), as a scene of bodies, and in MuJoCo where it is installed; a rod with a
-point for a tip, which no body has, as a system. Methods and settings take turns ROUNDS times; printed are medians of the processor time of whole runs of ours, and of MuJoCo's steps
-alone, and the distance of the centre of mass from where it should be at the end. FILE is that of the picture.
+point for a tip, which no body has, as a system. Methods and settings take turns ROUNDS times; printed are medians of
+the processor time of whole runs of ours, and of MuJoCo's steps alone, and the distance of the centre of mass from
+where it should be at the end. FILE is that of the picture.
 """
 
 from __future__ import annotations

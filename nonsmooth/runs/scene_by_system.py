@@ -272,7 +272,11 @@ class SceneBySystem:
             points.append(np.where(in_world[:, None], arm, of[..., :d] + turned))
         between = points[0] - points[1]
         normals = [np.full(d, np.nan) if touch.normal is None else touch.normal for touch in pairs]
-        flat = np.array(normals).reshape(-1, d)
+        flat = np.broadcast_to(np.array(normals).reshape(-1, d), between.shape)
+        if d != PLANAR:
+            on = [touch.j.of_scene for touch in pairs]
+            is_guided = [self.scene.bodies[body].kind is Kind.KINEMATIC for body in on]
+            flat = np.where(np.array(is_guided)[:, None], rotate_all(x[:, on, 3:], flat), flat)
         normal = np.where(np.isnan(flat), between / np.linalg.norm(between, axis=-1, keepdims=True), flat)
         radii = np.array([(touch.i.radius, touch.j.radius) for touch in pairs]).reshape(-1, 2)
         gap = (normal * between).sum(axis=-1) - radii.sum(axis=1)

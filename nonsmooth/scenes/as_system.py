@@ -95,7 +95,7 @@ def _system_of(asked: _Asked) -> System:
     elif nothing_turns(scene):
         (functions, read), axes = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met]), SPACE
     else:
-        (functions, read), axes = functions_of_solids(scene, moving, touches), SOLID
+        (functions, read), axes = functions_of_solids(scene, moving, touches, asked.t_0), SOLID
         own["velocities"] = tuple((f"{name} of {body.name}", unit) for body in moving for name, unit in RATES)
         if not any(contact.directions == 2 for contact in contacts):
             functions = {name: function for name, function in functions.items() if name not in ALONG_TANGENTS}
@@ -148,8 +148,6 @@ def _require_plain(scene: Scene) -> None:
                 f"{body.name} moves as a function says, which a system of a scene does not follow; give it an even "
                 f"velocity, or {CURE}"
             )
-        if body.kind is Kind.KINEMATIC and scene.dim != PLANAR:
-            raise InvalidInput(f"{body.name} is guided, which no system of a scene in space holds; {CURE}")
         if isinstance(body.shape, HalfPlane) and np.any(body.spin):
             raise InvalidInput(f"{body.name} is a half-plane that turns, which no system of a scene holds; {CURE}")
     if what := resistance_in(scene):

@@ -67,7 +67,9 @@ def _place_of(body: Body) -> np.ndarray:
 
 
 def nothing_turns(scene: Scene) -> bool:
-    """Whether all bodies are spheres on one another and on half-spaces, no two of which rub."""
+    """Whether all bodies are spheres on one another and on half-spaces, none of them guided, no two of which rub."""
+    if any(body.kind is Kind.KINEMATIC for body in scene.bodies):
+        return False
     moving = [body for body in scene.bodies if body.kind is Kind.DYNAMIC]
     are_spheres = all(isinstance(body.shape, Sphere) for body in moving)
     if not are_spheres or not all(isinstance(body.shape, Sphere | HalfSpace) for body in scene.bodies):

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import nonsmooth as ns
 from models import SpatialPainleveRod
-from nonsmooth.mechanics.system import GAP, KINEMATICS, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT
+from nonsmooth.mechanics.system import GAP, GAP_RATE, KINEMATICS, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT
 from nonsmooth.scenes.inertia import inertia_of
 from tests.scenes.test_as_system import BY_DIFFERENCES, slope_of
 
@@ -241,3 +241,55 @@ def test_a_scene_in_space_of_few_contacts_has_its_events_located_and_returns_as_
     lost = sum(sol.ledger[name] for name in ("friction", "normal"))
     np.testing.assert_allclose(energy - lost, energy[0], atol=1e-7)
     assert "turn in space" in ns.simulate(scene, (0, 0.01), integrator=ns.Adaptive()).about["chosen"]
+
+
+def on_guided_bodies():
+    """A rod on a half-space that moves, tilts and turns, and a ball with a belt that is pushed past."""
+    scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.4))
+    scene.kinematic(
+        ns.HalfSpace((0, 0, 1)), position=(0.1, 0.2, -0.05), velocity=(0.3, 0, 0.2), spin=(0.4, -0.3, 0.5), name="plate"
+    )
+    scene.kinematic(
+        ns.Sphere(0.1), position=(1.0, 0.3, 0.4), velocity=(-0.8, 0, 0), spin=(1, 2, 3), name="ram",
+        surface_velocity=(0.2, -0.1, 0.3),
+    )  # fmt: skip
+    scene.body(ns.Capsule(0.3, 0.1), mass=1.0, position=(0.2, 0.1, 0.3), spin=(1, 2, 3), name="rod")
+    return scene
+
+
+def test_gaps_and_rows_on_guided_bodies_move_as_these_do():
+    of_rod = on_guided_bodies().system([("plate", "rod")])
+    ball = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.4))
+    for body in on_guided_bodies().bodies[:2]:
+        ball.kinematic(body.shape, position=body.position, velocity=body.velocity, spin=body.spin, name=body.name,
+                       surface_velocity=body.surface_velocity)  # fmt: skip
+    ball.body(ns.Sphere(0.1), mass=1.0, position=(0.2, 0.1, 0.3), name="ball")
+    for system, (q, _) in ((of_rod, on_guided_bodies().state()), (ball.system(), ball.state())):
+        t, h, u = 0.7, 1e-6, np.random.default_rng(1).normal(size=6)
+        way = system.evaluate(KINEMATICS, t, q, u) @ u
+
+        def velocities(t, q, system=system, u=u):
+            gamma_N = system.evaluate(NORMAL, t, q, u) @ u + system.evaluate(GAP_RATE, t, q, u)
+            gamma_T = system.evaluate(TANGENT, t, q, u) @ u + system.evaluate(SURFACE_VELOCITY, t, q, u)
+            return np.column_stack([gamma_N, gamma_T])
+
+        later, before = (t + h, q + h * way), (t - h, q - h * way)
+        rate = (system.evaluate(GAP, *later, u) - system.evaluate(GAP, *before, u)) / (2 * h)
+        np.testing.assert_allclose(rate, velocities(t, q)[:, 0], atol=BY_DIFFERENCES)
+        rates = (velocities(*later) - velocities(*before)) / (2 * h)
+        np.testing.assert_allclose(rates, system.evaluate(ROW_RATES, t, q, u), atol=BY_DIFFERENCES)
+
+
+def test_a_ball_that_rolls_on_a_turntable_goes_round_in_a_circle():
+    """v' = 2/7 Omega e_z x v, wherever the ball is: 2/5 of m r^2 over 2/5 + 1."""
+    Omega, r, x, v = 3.0, 0.05, np.array([0.4, 0.0]), np.array([0.3, 0.1])
+    scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.5))
+    scene.kinematic(ns.HalfSpace((0, 0, 1)), spin=(0, 0, Omega), name="table")
+    rim = Omega * np.array([-x[1], x[0]]) - v  # what rolling adds to v where the ball touches
+    scene.body(ns.Sphere(r), mass=1.0, position=(*x, r), velocity=(*v, 0), spin=(rim[1] / r, -rim[0] / r, 0), name="b")
+    sol = ns.simulate(scene, (0, 3), integrator=ns.EventDriven(1e-11, 1e-13))
+    rate, turn = 2 / 7 * Omega, 2 / 7 * Omega * 3
+    way = np.array([[math.sin(turn), math.cos(turn) - 1], [1 - math.cos(turn), math.sin(turn)]]) @ v / rate
+    np.testing.assert_allclose(sol["b"].position[-1, :2], x + way, atol=1e-11)
+    assert len(sol.contacts(3.0).of("table")) == 1
+    np.testing.assert_allclose(sol["table"].turn[-1], [math.cos(4.5), 0, 0, math.sin(4.5)], atol=1e-12)
