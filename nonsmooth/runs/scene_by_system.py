@@ -200,7 +200,10 @@ class SceneBySystem:
         if CONTACTS in self.kinds:
             columns["penetration"] = 0.0 - run.g_N[:, : self.n_pairs].min(axis=1, initial=0.0)
             pulls = self._joint_impulses(run)
-            columns |= self._contacts(run, x) | {"joint_impulses": pulls, "joint_torques": np.zeros(pulls.shape[:2])}
+            columns |= self._contacts(run, x) | {
+                "joint_impulses": pulls,
+                "joint_torques": np.zeros(pulls.shape[:2] if scene.dim == PLANAR else pulls.shape),
+            }
         if LEDGER in self.kinds:
             ledger = self.world.energies(x, v) | {name: run.ledger[name] for name in OF_ALL}
             columns |= {f"{LEDGER}/{name}": column for name, column in ledger.items()}

@@ -221,7 +221,7 @@ def one_box(**given):
     return scene
 
 
-def test_a_scene_in_space_of_few_contacts_has_its_events_located_and_returns_as_steps_of_scenes_do():
+def test_a_scene_in_space_of_few_contacts_has_its_events_located_and_returns_as_steps_of_scenes_do(tmp_path):
     scene = one_box(position=(0, 0, 0.16), turn=(math.cos(0.1), 0.6 * math.sin(0.1), 0.8 * math.sin(0.1), 0),
                     spin=(1.0, 2.0, 0.5), velocity=(0.8, 0.1, 0))  # fmt: skip
     kinds = ("bodies", "contacts", "ledger", "events")
@@ -241,6 +241,9 @@ def test_a_scene_in_space_of_few_contacts_has_its_events_located_and_returns_as_
     lost = sum(sol.ledger[name] for name in ("friction", "normal"))
     np.testing.assert_allclose(energy - lost, energy[0], atol=1e-7)
     assert "turn in space" in ns.simulate(scene, (0, 0.01), integrator=ns.Adaptive()).about["chosen"]
+    back = ns.SceneSolution.load(sol.save(tmp_path / "box.npz"))
+    np.testing.assert_array_equal(back["box"].position, sol["box"].position)
+    np.testing.assert_array_equal(back.contacts(0.1).P, ours.P)
 
 
 def on_guided_bodies():
