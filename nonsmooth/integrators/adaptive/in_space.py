@@ -7,6 +7,10 @@
                      e <= 1
     a mode changes   e <= OF_A_LANDING               an impact is early or late by h/4, a first order of h
 
+Where a mode changes, all are compared in the tolerance of the largest: an impact, which is early or late, moves what
+is zero by as wrong a part of itself, however short the step is. Of a rod that a paradox stops that was its quaternion,
+for which 5 million steps of 1e-12 s were taken, whose rounding added up to 2.5e-4.
+
 e' is e without what closed contacts make of the velocities: a plain step has gamma_N = 0 with the rows of a place that
 it expects, which is off by h^2. That is mended by the next step, and does not add up. So it is taken out of the
 difference of the velocities, along the impulses of the contacts in their modes (``mend``).
@@ -212,10 +216,11 @@ def find_error(sys_at, part, state, memory):
     e_q = difference(state.q, memory.q, memory.largest_q, clock)
     e_u = difference(state.u, memory.u, memory.largest_u, clock)
     if late > 0.0:
-        e_q = max(e_q, 2.0 * late * difference(state.q, memory.begin.q, memory.largest_q, clock))
         memory.changes = 1
     if memory.changes != 0:
-        return max(e_q, e_u) / OF_A_LANDING, 1
+        e_q = jump_difference(state.q, memory.q, memory.largest_q, clock)
+        e_q = max(e_q, 2.0 * late * jump_difference(state.q, memory.begin.q, memory.largest_q, clock))
+        return max(e_q, jump_difference(state.u, memory.u, memory.largest_u, clock)) / OF_A_LANDING, 1
     for i in range(du.shape[0]):
         du[i] = state.u[i] - memory.u[i]
     mend(sys, state, memory)
@@ -296,6 +301,15 @@ def difference(x, y, largest, clock):
         tol = clock.atol + clock.rtol * max(largest[i], abs(x[i]))
         worst = max(worst, abs(x[i] - y[i]) / tol)
     return worst
+
+
+@kernel
+def jump_difference(x, y, largest, clock):
+    """max |x_i - y_i| in the tolerance of the largest of all."""
+    worst, most = 0.0, 0.0
+    for i in range(x.shape[0]):
+        worst, most = max(worst, abs(x[i] - y[i])), max(most, largest[i], abs(x[i]))
+    return worst / (clock.atol + clock.rtol * most)
 
 
 @kernel

@@ -127,6 +127,24 @@ def test_a_scene_as_a_system_keeps_its_tolerance():
     assert abs(coarse.q[-1] - fine.q[-1]).max() < 30 * 1e-4
 
 
+def chalk():
+    """On a tip of 1 mm, stopped at its start, where no force fits: it spins about its axis, which was at rest."""
+    scene = ns.Scene(gravity=(0, 0, -9.81), material=ns.Material(mu=2.0))
+    scene.fixed(ns.HalfSpace((0, 0, 1)))
+    tilt, push = (math.cos(math.pi / 6), 0, -math.sin(math.pi / 6), 0), (-math.cos(0.4), -math.sin(0.4), 0)
+    scene.body(ns.Capsule(1, 0.001), mass=1, position=(0.25, 0, math.sqrt(3) / 4 + 0.001), turn=tilt, velocity=push)
+    return scene.system(), scene.state()
+
+
+@pytest.mark.parametrize("rtol, most", [(1e-4, 20_000), (1e-5, 50_000)])
+def test_what_an_impact_sets_going_out_of_rest_takes_no_vanishing_steps(rtol, most):
+    """A part of a quaternion that begins at zero errs by as large a part of itself in any step."""
+    system, start = chalk()
+    exact = ns.simulate(system, (0, 0.5), *start, integrator=ns.EventDriven(1e-10, 1e-12))
+    sol = ns.simulate(system, (0, 0.5), *start, integrator=ns.Adaptive(rtol))
+    assert np.abs(sol.q[-1] - exact.q[-1]).max() < 10 * rtol and sol.stats.steps < most
+
+
 def test_where_a_function_fails_it_is_named():
     ball = BilliardBall()
     system = ball.system()
