@@ -14,10 +14,10 @@ from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.event_driven.loop import NEARLY_SINGULAR, ONE_FLIGHT, take_state, write_gaps, write_start
 from nonsmooth.integrators.event_driven.options import EventDriven, refused_in_space
+from nonsmooth.integrators.event_driven.space_hold import hold
 from nonsmooth.integrators.event_driven.space_motion import (
     FORCELESS,
     SpaceContacts,
-    hold,
     space_events,
     space_forces,
     space_rates,

@@ -16,10 +16,10 @@ import math
 from nonsmooth.contact.planar.single import FREE, STICK
 from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import Status
+from nonsmooth.integrators.event_driven.space_hold import give
 from nonsmooth.integrators.event_driven.space_motion import (
     STAYS,
     TO_DECIDE,
-    give,
     is_alone,
     space_forces,
     take_course,

@@ -12,10 +12,10 @@ from nonsmooth.contact.planar.single import FREE
 from nonsmooth.contact.spatial.all_solutions import list_solutions
 from nonsmooth.contact.spatial.solve import solve_spatial
 from nonsmooth.errors import Status
+from nonsmooth.integrators.event_driven.space_hold import give
 from nonsmooth.integrators.event_driven.space_motion import (
     BOUNCES,
     TO_DECIDE,
-    give,
     is_alone,
     space_forces,
 )

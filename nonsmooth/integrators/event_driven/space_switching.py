@@ -23,6 +23,7 @@ from nonsmooth.contact.planar.single import FREE
 from nonsmooth.contact.spatial.all_solutions import SLIDE, is_saddle, list_solutions
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.space_coupled import decide_coupled
+from nonsmooth.integrators.event_driven.space_hold import find_gaps, give, hold
 from nonsmooth.integrators.event_driven.space_impacts import lose_slide, strike_all, take_block
 from nonsmooth.integrators.event_driven.space_motion import (
     BOUNCES,
@@ -32,9 +33,6 @@ from nonsmooth.integrators.event_driven.space_motion import (
     WITH_FRICTION,
     SpaceContacts,
     decompose,
-    find_gaps,
-    give,
-    hold,
     is_alone,
     list_closed,
     list_equations,
