@@ -3,8 +3,8 @@
     gamma/tau = (G + S) la + b + gamma_0/tau,    tau b the speed that counts as none
 
 A fast slide keeps its direction, and its friction is a column of its normal force. S is a compliance of a millionth of
-G, which makes the share of redundant contacts one: of equal springs along the normals, along the surface in proportion
-to what each can hold, which further solutions come to. At last it is taken about the share that was found, so that the
+G, which makes the share of redundant contacts one: of equal springs, softer along the surface where a contact is near
+its limit, as far as the problem is solved then. At last it is taken about the share that was found, so that the
 contacts are rigid. Slides that have no force are stopped together. Source: the proximal point method, Rockafellar,
 *SIAM J. Control Optim.* 14 (1976) 877; the rule of shares is ours: docs/theory/event_driven.md.
 """

@@ -8,7 +8,7 @@
    has stuck sticks if it can; else it opens, slides off along the d of a slide that is no saddle, or sticks.
 3. Coupled contacts take one solution of their problem in a step so short that only speeds change in it which count as
    none. They are given a compliance of a millionth, so that redundant ones share their load as equal springs do, and
-   friction in proportion to what each can hold.
+   what one at its limit of friction cannot hold is given to others.
 
 A bounce lower than atol [m], or than the rounding of a gap, is given up, with the friction that belongs to it.
 Source: Pfeiffer, Glocker (1996), chapter 5; docs/theory/event_driven.md.

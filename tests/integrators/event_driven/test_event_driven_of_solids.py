@@ -111,6 +111,9 @@ def test_a_box_on_a_slope_rests_below_the_angle_of_friction_and_slides_above(slo
     np.testing.assert_allclose(sol.q[-1, :3] - q[:3], [2 * a, 0, 0], atol=1e-9)
     loads = sol.la[-1, :, 0]
     assert loads.sum() == pytest.approx(MASS_OF_BOX * G * math.cos(slope), rel=1e-12) and loads.min() >= 0
+    # the friction of each is within its cone, to the compliance of a millionth
+    part = np.linalg.norm(sol.la[-1, loads > 0, 1:], axis=1) / (math.tan(0.3) * loads[loads > 0])
+    assert part.max() < 1 + 1e-6
     # the friction, at the floor, tips the weight towards the lower corners: N_low/N_high of the two edges
     tips = math.tan(min(slope, 0.3)) * SIZES[2] / SIZES[0]
     low = system.evaluate(GAP, 0.0, q, u) < 1e-9
